@@ -190,7 +190,7 @@ impl WorkResult for study::Findings {
         self.summary()
     }
     fn lines(&self) -> Vec<String> {
-        vec![self.told()]
+        vec![self.sentences()]
     }
     fn remarks(&self) -> Vec<String> {
         Vec::new()

@@ -130,7 +130,7 @@ def test_failed_cases_are_nan_and_have_a_reason():
     results = stickslip.study(PLAN | {"axis": axes})
     assert np.isnan(results["sine_2hz_rms"]).tolist() == [True, False, True, True]
     assert set(results.failures) == {1, 3, 4}
-    assert results.failures[1] == "sine_2hz: it did not follow, the supervision stopped it"
+    assert results.failures[1] == "sine_2hz: the supervision stopped it, since it did not follow the set-point"
     assert "plant.tick_jitter" in results.failures[3] and "case 3" in results.failures[3]
     assert results.to_xarray().failure.sel(jitter=0.0, limit=1e-3) == results.failures[1]
     assert "3 cases failed" in repr(results)

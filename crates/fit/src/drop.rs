@@ -1,4 +1,4 @@
-//! Does a friction curve drop from breakaway to sliding, or does the fit only say so?
+//! Verdict on the drop of a friction curve from breakaway to sliding: significant or an artefact of the fit.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use stickslip_base::quantity::rough;
 /// Verdict on M_S > M_K.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StribeckDrop {
-    /// M_S − M_K > 0 beyond doubt [N m].
+    /// M_S − M_K > 0, significant [N m].
     Identified {
         /// M_S − M_K.
         drop: f64,
@@ -28,18 +28,18 @@ pub enum StribeckDrop {
         /// Probability of a gain this large without any Stribeck effect; the limit is [`SIGNIFICANCE`].
         probability: f64,
     },
-    /// The drop lies where nothing was measured.
+    /// The drop is outside the measured speeds.
     OutsideSpeeds {
         /// Ω_Strib [rad/s].
         stribeck_velocity: f64,
-        /// The slowest two speeds that were measured [rad/s].
+        /// The slowest two measured speeds [rad/s].
         slowest: [f64; 2],
     },
 }
 
-/// A drop must be this improbable without one. The Stribeck velocity has no value where there is no drop, and the
-/// search over it finds something in any noise, which makes the F test lenient; that the drop must also be larger than
-/// its interval makes up for it: of 600 simulated curves without a drop 2 were taken for one
+/// Significance level of a drop. The Stribeck velocity has no value where there is no drop, and the search over it
+/// finds something in any noise, which makes the F test lenient. The second condition, that the drop is larger than its
+/// interval, compensates for it: of 600 simulated curves without a drop 2 gave a drop
 /// (`noise_is_seldom_taken_for_a_drop…`).
 pub const SIGNIFICANCE: f64 = 0.05;
 
@@ -76,7 +76,7 @@ impl fmt::Display for StribeckDrop {
     }
 }
 
-/// In the order of what a user would want to know first.
+/// Checks in the order of importance for a user.
 pub(super) fn judge(parameters: Parameters<f64>, covariance: &[[f64; 4]; 4], samples: &[Sample]) -> StribeckDrop {
     let [breakaway, kinetic, stribeck_velocity, _] = parameters;
     if breakaway <= kinetic {
@@ -86,7 +86,7 @@ pub(super) fn judge(parameters: Parameters<f64>, covariance: &[[f64; 4]; 4], sam
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();
     let slowest = [speeds[0], speeds[1.min(speeds.len() - 1)]];
-    // One speed alone within the drop is one number for two parameters.
+    // With one speed within the drop, two parameters would depend on one number.
     if stribeck_velocity < 0.5 * slowest[1] {
         return StribeckDrop::OutsideSpeeds { stribeck_velocity, slowest };
     }
@@ -95,7 +95,7 @@ pub(super) fn judge(parameters: Parameters<f64>, covariance: &[[f64; 4]; 4], sam
     let probability = f_test(without_drop(samples), cost(parameters, samples), 2.0, degrees_of_freedom);
     let variance = covariance[0][0] + covariance[1][1] - 2.0 * covariance[0][1];
     let half_width = student_t95(degrees_of_freedom) * variance.sqrt();
-    // Written so that an infinite or undefined variance is no drop.
+    // An infinite or undefined variance gives no drop.
     if probability < SIGNIFICANCE && half_width < drop {
         return StribeckDrop::Identified { drop, ci95: [drop - half_width, drop + half_width] };
     }

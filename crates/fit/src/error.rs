@@ -1,16 +1,16 @@
-//! What only a fit can fail of.
+//! Errors of a fit.
 
-/// A failure of a fit, beside those that every crate has.
+/// A failure of a fit, besides the common ones.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
-    /// A motion that does not tell the parameters apart.
+    /// A motion that does not determine the parameters.
     #[error(
-        "the motion does not tell the parameters apart: a share of {smallest:.3e} of one is left by the others, 1e-9 is \
-         needed. Record several speeds and accelerations in both directions."
+        "the motion does not determine the parameters: the independent share of one is {smallest:.3e}, at least 1e-9 is \
+         required. Record several speeds and accelerations in both directions."
     )]
     Dependent {
-        /// Share of a column that lies outside those before it.
+        /// Share of a column that is independent of those before it.
         smallest: f64,
     },
 }

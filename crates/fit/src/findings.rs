@@ -1,4 +1,4 @@
-//! What a Stribeck fit does not know, why, and which measurement would tell.
+//! Gaps of a Stribeck fit: uncertain parameters, their cause and the missing measurement.
 
 use std::fmt;
 
@@ -6,45 +6,45 @@ use super::StribeckDrop;
 use super::stribeck::StribeckFit;
 use stickslip_base::quantity::rough;
 
-/// Relative half-width of a 95 % interval from which on a parameter counts as hardly known.
+/// Relative half-width of a 95 % interval above which a parameter counts as uncertain.
 pub const HARDLY_KNOWN: f64 = 0.5;
-/// The slowest speed, as a share of the Stribeck velocity, beyond which the breakaway torque is an extrapolation: there
-/// a fifth of the drop is gone.
+/// The slowest speed, as a share of the Stribeck velocity, above which the breakaway torque is an extrapolation: a
+/// fifth of the drop is missing there.
 const FAR_FROM_REST: f64 = 0.25;
 /// Share of the friction at the fastest speed below which the viscous part is lost among the rest.
 const SIGNIFICANT_LACK: f64 = 0.02;
 
-/// One thing that the data leave open.
+/// A gap of the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
-    /// No drop from breakaway to sliding is shown: M_S, and Ω_Strib altogether, are not to be used apart from the curve.
+    /// No significant drop from breakaway to sliding: M_S and Ω_Strib are only valid as parts of the curve.
     NoStribeckEffect {
         /// The verdict.
         drop: StribeckDrop,
-        /// The slowest speed that was measured [rad/s].
+        /// The slowest measured speed [rad/s].
         slowest: f64,
     },
-    /// The Stribeck velocity is hardly known.
+    /// The Stribeck velocity is uncertain.
     StribeckVelocity {
         /// Relative half-width of its interval.
         relative: f64,
         /// Its value [rad/s].
         velocity: f64,
-        /// The speeds between which more points would tell [rad/s].
+        /// Range of speeds for more points [rad/s].
         add: [f64; 2],
     },
-    /// The breakaway torque lies outside what was measured.
+    /// The breakaway torque is outside the measured speeds.
     BreakawayExtrapolated {
         /// Slowest speed over Stribeck velocity.
         ratio: f64,
-        /// A speed below which points would tell [rad/s].
+        /// Upper limit of the speeds for more points [rad/s].
         below: f64,
     },
-    /// The viscous friction is hardly known.
+    /// The viscous friction is uncertain.
     ViscousFriction {
         /// Relative half-width of its interval; infinite at 0.
         relative: f64,
-        /// The fastest speed that was measured [rad/s].
+        /// The fastest measured speed [rad/s].
         fastest: f64,
     },
     /// The scatter about the curve is more than noise: no curve of this form passes through the points.
@@ -56,9 +56,9 @@ pub enum Finding {
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Of an interval ten times as wide as the value nobody needs the width.
+        // The width of an interval ten times as wide as the value is not useful.
         let percent = |share: f64| {
-            if share <= 10.0 { format!("±{:.0} %", 100.0 * share) } else { "no precision at all".into() }
+            if share <= 10.0 { format!("±{:.0} %", 100.0 * share) } else { "no useful precision".into() }
         };
         match *self {
             Finding::NoStribeckEffect { drop: StribeckDrop::Absent { .. }, slowest } => write!(
@@ -75,7 +75,7 @@ impl fmt::Display for Finding {
             ),
             Finding::StribeckVelocity { relative, velocity, add: [low, high] } => write!(
                 f,
-                "The Stribeck velocity of {} rad/s is known to {}: add speeds between {} and {} rad/s.",
+                "The Stribeck velocity of {} rad/s is uncertain ({}): add speeds between {} and {} rad/s.",
                 rough(velocity),
                 percent(relative),
                 rough(low),
@@ -89,14 +89,14 @@ impl fmt::Display for Finding {
             ),
             Finding::ViscousFriction { relative, fastest } => write!(
                 f,
-                "The viscous friction is hardly known ({}): add speeds above {} rad/s.",
+                "The viscous friction is uncertain ({}): add speeds above {} rad/s.",
                 percent(relative),
                 rough(fastest)
             ),
             Finding::LackOfFit { relative } => write!(
                 f,
-                "The points lie {:.1} % of the friction off any curve of this form, which is more than their noise: \
-                 fit the directions apart, or take the curve for an average.",
+                "The points deviate by {:.1} % of the friction from any curve of this form, which is more than their noise: \
+                 fit the directions separately, or use the curve as an average.",
                 100.0 * relative
             ),
         }
@@ -104,7 +104,7 @@ impl fmt::Display for Finding {
 }
 
 impl StribeckFit {
-    /// What the data leave open, the most important first; empty where all is known.
+    /// Gaps of the data, the most important first; empty if all parameters are well determined.
     pub fn findings(&self) -> Vec<Finding> {
         let mut findings = Vec::new();
         let [slowest, fastest] = self.speeds;
@@ -150,19 +150,19 @@ mod tests {
         points.into_iter().filter(|p| (low..=high).contains(&p.velocity)).collect()
     }
 
-    fn says(fit: &StribeckFit, start: &str, remedy: &str) {
+    fn assert_finding(fit: &StribeckFit, start: &str, remedy: &str) {
         let findings = fit.findings();
-        let found = findings.iter().map(ToString::to_string).find(|text| text.starts_with(start));
-        assert!(found.as_ref().is_some_and(|text| text.contains(remedy)), "{start}: {findings:?}");
+        let finding = findings.iter().map(ToString::to_string).find(|text| text.starts_with(start));
+        assert!(finding.as_ref().is_some_and(|text| text.contains(remedy)), "{start}: {findings:?}");
     }
 
     #[test]
-    fn a_curve_that_tells_all_leaves_nothing_to_say() {
+    fn a_complete_curve_has_no_findings() {
         assert_eq!(fitted(&synthetic([0.3, 0.18, 3.0, 2e-3], 5e-4, 1)).findings(), []);
     }
 
     #[test]
-    fn each_thing_left_open_is_named_with_its_remedy() {
+    fn each_gap_is_reported_with_its_remedy() {
         says(
             &fitted(&synthetic([0.18, 0.2, 3.0, 2e-3], 5e-4, 1)),
             "There is no Stribeck effect",
@@ -174,7 +174,7 @@ mod tests {
             "repeat the slow ones",
         );
         let slow = within(synthetic([0.3, 0.18, 3.0, 2e-4], 2e-3, 2), 0.0, 15.0);
-        says(&fitted(&slow), "The viscous friction is hardly known", "add speeds above 14 rad/s");
+        assert_finding(&fitted(&slow), "The viscous friction is uncertain", "add speeds above 14 rad/s");
         let fast = within(synthetic([0.3, 0.18, 3.0, 2e-3], 1e-4, 3), 1.0, 50.0);
         says(
             &fitted(&fast),
@@ -183,17 +183,17 @@ mod tests {
         );
         let mut sparse = synthetic([0.3, 0.18, 3.0, 2e-3], 1.5e-2, 3);
         sparse.retain(|p| p.velocity < 0.2 || p.velocity > 2.0);
-        says(&fitted(&sparse), "The Stribeck velocity of", "add speeds between");
+        assert_finding(&fitted(&sparse), "The Stribeck velocity of", "add speeds between");
     }
 
     #[test]
-    fn points_off_any_curve_are_a_lack_of_fit_and_widen_the_intervals() {
+    fn points_off_any_curve_give_a_lack_of_fit_and_wider_intervals() {
         let mut both = synthetic([0.3, 0.18, 3.0, 2e-3], 5e-4, 1);
         let narrow = fitted(&both);
         let weaker = synthetic([0.27, 0.16, 3.0, 2e-3], 5e-4, 2);
         both.extend(weaker.iter().map(|p| CurvePoint { velocity: -p.velocity, torque: -p.torque, ..*p }));
         let fit = fitted(&both);
-        says(&fit, "The points lie", "fit the directions apart");
+        assert_finding(&fit, "The points deviate", "fit the directions separately");
         // Half the difference between the directions, 15 mN m at rest and 10 mN m sliding.
         assert!((8e-3..17e-3).contains(&fit.lack_of_fit), "{}", fit.lack_of_fit);
         assert!(fit.standard_errors[0] > 3.0 * narrow.standard_errors[0]);

@@ -1,4 +1,4 @@
-//! Fits with covariance: parameters never come without what is known of their error.
+//! Fits with covariance: each parameter has an error.
 #![forbid(unsafe_code)]
 
 mod choice;

@@ -1,10 +1,10 @@
 //! Linear least squares with errors that hold for correlated residuals.
 //!
-//! Filtered and decimated signals leave residuals that remember: over a friction that is not quite the model's, they
-//! keep their sign for tenths of a second. Ordinary standard errors take every row for news and come out several times
-//! too small. Here the covariance is that of Newey and West (1987): products of residuals up to a lag are counted, with
-//! weights that fall linearly. The lag is 1.3·√n and the intervals use the critical values of Kiefer and Vogelsang
-//! (2005) for that share of the record, as Lazarus, Lewis, Stock and Watson (2018) recommend.
+//! Filtered and decimated signals leave correlated residuals: where the friction deviates from the model, they keep
+//! their sign for tenths of a second. Ordinary standard errors treat every row as independent and are several times too
+//! small. Here the covariance is that of Newey and West (1987): products of residuals up to a lag are counted, with
+//! linearly falling weights. The lag is 1.3·√n and the intervals use the critical values of Kiefer and Vogelsang (2005)
+//! for that share of the record, as Lazarus, Lewis, Stock and Watson (2018) recommend.
 
 use crate::FitError;
 use nalgebra::{DMatrix, DVector};
@@ -14,7 +14,7 @@ use stickslip_base::Error;
 /// Coefficients with their errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearFit {
-    /// One a column.
+    /// One for each column.
     pub coefficients: Vec<f64>,
     /// Covariance, residual correlation counted.
     pub covariance: Vec<Vec<f64>>,
@@ -24,7 +24,7 @@ pub struct LinearFit {
     pub white_standard_errors: Vec<f64>,
     /// 95 % intervals.
     pub ci95: Vec<[f64; 2]>,
-    /// Lag up to which the residuals were taken as correlated, in rows.
+    /// Lag up to which the residuals were treated as correlated, in rows.
     pub lag: usize,
     /// Largest over smallest singular value of the regressors.
     pub condition: f64,
@@ -45,7 +45,7 @@ impl LinearFit {
 /// Least squares of `measured` over `columns`. Rows follow each other in time.
 ///
 /// # Errors
-/// Not more rows than columns, or columns that depend on each other: the motion does not tell them apart.
+/// Not more rows than columns, or dependent columns: the motion does not determine the coefficients.
 pub fn fit_linear(columns: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, Error> {
     let (n, k) = (measured.len(), columns.len());
     if n <= k {
@@ -55,14 +55,14 @@ pub fn fit_linear(columns: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, E
     let regressors = DMatrix::from_fn(n, k, |i, j| columns[j][i]);
     let measured = DVector::from_column_slice(measured);
     let condition = condition(&regressors);
-    // Columns are scaled to one norm: what is singular is then a matter of the motion, not of units.
+    // Columns are scaled to one norm: singularity then depends on the motion, not on units.
     let scales: Vec<f64> = (0..k).map(|j| regressors.column(j).norm().max(f64::MIN_POSITIVE)).collect();
     let mut scaled = regressors.clone();
     scales.iter().enumerate().for_each(|(j, s)| scaled.column_mut(j).unscale_mut(*s));
-    // Householder's QR: the singular vectors of nalgebra 0.35 were seen to be off by 1e-6 on such columns.
+    // Householder's QR: the singular vectors of nalgebra 0.35 had errors of 1e-6 on such columns.
     let qr = scaled.qr();
     let upper = qr.r();
-    // What of each column, of norm 1, lies outside those before it.
+    // Independent part of each column of norm 1.
     let smallest = upper.diagonal().abs().min();
     if smallest < 1e-9 {
         return Err(FitError::Dependent { smallest }.into());
@@ -101,7 +101,7 @@ fn critical95(share: f64) -> f64 {
     1.96 + share * (2.9694 + share * (0.4160 - 0.5324 * share))
 }
 
-/// Covariance of parameters from what each row in time moved them by.
+/// Covariance of parameters from the influence of each row in time.
 pub struct LongRun {
     /// Covariance of the parameters.
     pub covariance: DMatrix<f64>,
@@ -112,7 +112,7 @@ pub struct LongRun {
 }
 
 impl LongRun {
-    /// `influence` has a row a parameter and a column a row in time.
+    /// `influence` has a row for each parameter and a column for each row in time.
     pub fn of(influence: &DMatrix<f64>) -> Self {
         let (k, n) = influence.shape();
         let lag = ((1.3 * (n as f64).sqrt()).ceil() as usize).min(n - 1);
@@ -159,7 +159,8 @@ mod tests {
     #[test]
     fn intervals_hold_for_correlated_residuals_where_white_ones_fail() {
         let ([free, _], [correlated, white]) = (coverage(0.0), coverage(0.7));
-        // 95 % wanted. Bartlett's weights miss a few: 1000 runs gave 92.6 and 91.2 %; 1.2 % is the standard deviation.
+        // 95 % expected. Bartlett's weights miss a few: 1000 runs gave 92.6 and 91.2 %; 1.2 % is the standard
+        // deviation.
         assert!((0.90..=0.97).contains(&free), "{free}");
         assert!((0.88..=0.97).contains(&correlated), "{correlated}");
         assert!(white < 0.70, "{white}");
@@ -175,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_that_the_motion_does_not_tell_apart_are_refused() {
+    fn dependent_columns_are_refused() {
         let ramp: Vec<f64> = (0..9).map(f64::from).collect();
         let twice = ramp.iter().map(|x| 2.0 * x).collect();
         assert!(matches!(

@@ -6,35 +6,35 @@
 use nalgebra::{SMatrix, SVector};
 use stickslip_core::scalar::Dual;
 
-/// When to stop.
+/// Stopping conditions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// When no parameter moves by more than this share.
+    /// Largest share by which a parameter still moves.
     pub step: f64,
-    /// When a step lowers, or promises to lower, the sum of squares by less than this share; −∞ to go on.
+    /// Share of the sum of squares below which a step, real or predicted, ends the search; −∞ to go on.
     pub fall: f64,
-    /// After so many evaluations.
+    /// Largest number of evaluations.
     pub evaluations: usize,
 }
 
-/// Where the sum of squares is smallest.
+/// Minimum of the sum of squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Minimum<const N: usize> {
     /// The parameters.
     pub parameters: [f64; N],
     /// Sum of squares.
     pub cost: f64,
-    /// Whether a limit was reached, rather than the evaluations running out.
+    /// Whether a stopping condition was reached before the last evaluation.
     pub converged: bool,
 }
 
-/// Least damping: small enough to end quickly, large enough that a refused step is soon short.
+/// Least damping: small enough for fast convergence, large enough that a refused step soon shortens.
 const DAMPING: f64 = 1e-4;
 
 /// Minimises the sum of squared residuals from a start, within `low … high` of each parameter.
 ///
 /// # Errors
-/// The first that the residuals return; with [`Infallible`](std::convert::Infallible) there is none.
+/// The first error of the residuals; with [`Infallible`](std::convert::Infallible) there is none.
 pub fn minimise<const N: usize, E>(
     start: [f64; N],
     bounds: [[f64; 2]; N],
@@ -56,7 +56,7 @@ pub fn minimise<const N: usize, E>(
         }
         let mut next = minimum.parameters;
         for i in 0..N {
-            // At most a factor of e at once: beyond, the linear model says nothing.
+            // At most a factor of e at once: the linear model is not valid beyond.
             next[i] = (next[i] * libm::exp(step[i].clamp(-1.0, 1.0))).clamp(bounds[i][0], bounds[i][1]);
         }
         let candidate = evaluate(next)?;
@@ -103,7 +103,7 @@ impl<const N: usize> Normal<N> {
         normal
     }
 
-    /// The damped step, and by how much the linear model says it lowers the sum of squares.
+    /// The damped step, and the reduction of the sum of squares that the linear model predicts.
     fn step(&self, damping: f64) -> Option<(SVector<f64, N>, f64)> {
         let mut damped: SMatrix<f64, N, N> = self.matrix;
         for i in 0..N {
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_of_the_residuals_ends_the_search() {
+    fn an_error_of_the_residuals_ends_the_search() {
         assert_eq!(minimise([60.0, 3.0], FREE, STOP, valley), Err(60.0));
     }
 }

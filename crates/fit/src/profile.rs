@@ -1,13 +1,14 @@
-//! Profile likelihood: what the data say of one parameter when all others do their best.
+//! Profile likelihood: limits of one parameter with all others fitted.
 //!
-//! The covariance of a fit is the curvature at its end and sees no valley that bends, no bound, and no parameter that
-//! leaves the data as they are. A profile does: the parameter is held at one value after the other while all others are
+//! The covariance of a fit is the curvature at its end. It ignores curved valleys, bounds, and parameters without
+//! influence on the data. A profile does not: the parameter is held at one value after the other while all others are
 //! fitted again. Where the sum of squares S rises by
 //!
 //!   n·ln(S/S_min)/κ ≥ χ²₉₅(1) = 3.84
 //!
-//! the parameter is not what it was held at (Venzon and Moolgavkar 1988; Raue et al. 2009). κ is how much less correlated
-//! residuals tell than white ones of the same number. Where it never rises so far, the data have no opinion on that side.
+//! the held value is excluded (Venzon and Moolgavkar 1988; Raue et al. 2009). κ is the factor by which correlated
+//! residuals contain less information than white ones of the same number. Where S never rises so far, the data give no
+//! limit on that side.
 
 use std::fmt;
 
@@ -22,28 +23,28 @@ const CHI95: f64 = 3.841_458_820_694_124;
 /// Sums of squares over one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    /// What the parameter is called.
+    /// Name of the parameter.
     pub name: String,
     /// Its unit.
     pub unit: String,
     /// Value of the fit.
     pub best: f64,
-    /// Values that it was held at, rising, the fit's own among them; and the sum of squares there.
+    /// Held values, rising, including the fit's own; and the sum of squares there.
     pub points: Vec<[f64; 2]>,
     /// Residuals.
     pub samples: usize,
-    /// κ ≥ 1: variance of the parameter over what it were if its residuals were white.
+    /// κ ≥ 1: variance of the parameter over its variance with white residuals.
     pub inflation: f64,
 }
 
-/// How a parameter is to be held.
+/// Plan of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfilePlan {
     /// Farthest value, as a factor and its inverse.
     pub reach: f64,
     /// Values on each side.
     pub steps: usize,
-    /// When a fit of the others ends.
+    /// Stopping conditions of the fits of the others.
     pub stop: Stop,
 }
 
@@ -52,7 +53,7 @@ impl Profile {
     /// sum of squares is far beyond the limit.
     ///
     /// # Errors
-    /// The first that the residuals return.
+    /// The first error of the residuals.
     pub fn of<const N: usize, E>(
         (name, unit): (&str, &str),
         (which, best): (usize, [f64; N]),
@@ -76,7 +77,7 @@ impl Profile {
             for k in 1..=plan.steps {
                 let factor = libm::pow(plan.reach, way * k as f64 / plan.steps as f64);
                 let held = (best[which] * factor).clamp(bounds[which][0], bounds[which][1]);
-                // Of no slope, it moves nothing and is not moved.
+                // A parameter without slope has no influence and stays.
                 start[which] = held;
                 let of = |mut p: [Dual<N>; N]| {
                     p[which] = Dual::of(held);
@@ -84,10 +85,10 @@ impl Profile {
                 };
                 let mut within = bounds;
                 within[which] = [held; 2];
-                let found = minimise(start, within, plan.stop, of)?;
-                start = found.parameters;
-                profile.points.push([held, found.cost]);
-                if profile.rise(found.cost) > 4.0 * CHI95 {
+                let minimum = minimise(start, within, plan.stop, of)?;
+                start = minimum.parameters;
+                profile.points.push([held, minimum.cost]);
+                if profile.rise(minimum.cost) > 4.0 * CHI95 {
                     break;
                 }
             }
@@ -105,7 +106,7 @@ impl Profile {
         self.samples as f64 * libm::log(cost / self.least()) / self.inflation
     }
 
-    /// The limits of what is possible to 95 %; none on a side where the data have no opinion.
+    /// 95 % limits; none on a side without a limit.
     pub fn interval(&self) -> [Option<f64>; 2] {
         let rises: Vec<[f64; 2]> = self.points.iter().map(|[value, cost]| [*value, self.rise(*cost)]).collect();
         let bottom = (0..rises.len()).min_by(|a, b| rises[*a][1].total_cmp(&rises[*b][1])).unwrap_or(0);
@@ -120,7 +121,7 @@ impl Profile {
         [below, above]
     }
 
-    /// Whether the data limit it on both sides.
+    /// Whether the data limit the parameter on both sides.
     pub fn is_identifiable(&self) -> bool {
         self.interval().iter().all(Option::is_some)
     }
@@ -130,7 +131,7 @@ impl Profile {
         self.points.iter().map(|[value, cost]| (libm::log10(*value), self.rise(*cost)))
     }
 
-    /// What the rise must exceed.
+    /// Limit of the rise.
     pub const LIMIT: f64 = CHI95;
 }
 
@@ -199,42 +200,42 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_of_what_is_known_has_the_interval_of_the_covariance() {
-        let known = profile(5.0, 1.0, 1.1);
-        let [Some(low), Some(high)] = known.interval() else { panic!("{known}") };
-        assert!(known.is_identifiable() && low < 1.0 && 1.0 < high, "{known}");
+    fn the_profile_of_a_well_determined_parameter_has_the_interval_of_the_covariance() {
+        let determined = profile(5.0, 1.0, 1.1);
+        let [Some(low), Some(high)] = determined.interval() else { panic!("{determined}") };
+        assert!(determined.is_identifiable() && low < 1.0 && 1.0 < high, "{determined}");
         // (JᵀJ)⁻¹ of 200 points with 0.02: 0.0055 of b by the same formula in NumPy, half of the interval 1.96 of it.
         let of = residuals(5.0, 1.0);
-        let Ok(all) = of([Dual::variable(2.0, 0), Dual::variable(known.best, 1)]);
+        let Ok(all) = of([Dual::variable(2.0, 0), Dual::variable(determined.best, 1)]);
         let sum = |i: usize, j: usize| all.iter().map(|r| r.gradient[i] * r.gradient[j]).sum::<f64>();
         let variance = 0.02 * 0.02 * sum(0, 0) / (sum(0, 0) * sum(1, 1) - sum(0, 1) * sum(0, 1));
-        // The noise drawn is a few percent off its deviation, and a step is half a standard error wide.
+        // The drawn noise is a few percent off its deviation, and a step is half a standard error wide.
         let ratio = 0.5 * (high - low) / (1.96 * variance.sqrt());
         assert!((0.75..1.35).contains(&ratio), "{ratio}");
     }
 
     #[test]
-    fn where_the_data_have_no_opinion_it_says_so_and_on_which_side() {
-        // Only the begin of the rise: a slope a/b, and both may be as large as they like.
+    fn a_side_without_a_limit_is_reported() {
+        // Only the start of the rise: a slope a/b, and both may be arbitrarily large.
         let slow = profile(0.1, 1.0, 100.0);
         assert!(!slow.is_identifiable(), "{slow}");
         let [Some(_), None] = slow.interval() else { panic!("{slow}") };
         assert!(slow.to_string().starts_with("time constant is not identifiable from this recording: any value above"));
-        // Only the end: so quick that it is over before the first point.
+        // Only the end: too fast for the first point.
         let quick = profile(5.0, 1e-4, 100.0);
         let [None, Some(_)] = quick.interval() else { panic!("{quick}") };
         assert!(quick.to_string().contains("any value below"), "{quick}");
     }
 
     #[test]
-    fn residuals_that_tell_less_make_the_interval_wider() {
-        let known = profile(5.0, 1.0, 1.1);
-        let less = Profile { inflation: 2.0, ..known.clone() };
+    fn correlated_residuals_make_the_interval_wider() {
+        let determined = profile(5.0, 1.0, 1.1);
+        let less = Profile { inflation: 2.0, ..determined.clone() };
         let width = |profile: &Profile| {
             let [Some(low), Some(high)] = profile.interval() else { panic!("{profile}") };
             high - low
         };
         // Twice the variance, √2 of the width.
-        assert!((1.3..1.55).contains(&(width(&less) / width(&known))));
+        assert!((1.3..1.55).contains(&(width(&less) / width(&determined))));
     }
 }

@@ -1,4 +1,4 @@
-//! Variable projection: with the Stribeck velocity given, the other three parameters are linear.
+//! Variable projection: for a given Stribeck velocity, the other three parameters are linear.
 //!
 //! In the basis e, 1 − e, v with e = exp(−v/Ω_Strib) the coefficients are M_S, M_K and b, and none may be negative. Three
 //! columns have seven subsets, so the best non-negative fit is found by trying all. The rest is a search in one dimension,
@@ -32,18 +32,18 @@ pub(super) fn cost(parameters: Parameters<f64>, samples: &[Sample]) -> f64 {
     samples.iter().map(|s| s.weight * (s.torque - curve.magnitude(s.speed)).powi(2)).sum()
 }
 
-/// Largest distance of the grid in ln Ω_Strib: what a point says of it changes over 1 and more.
+/// Largest spacing of the grid in ln Ω_Strib: the residual of a point changes over 1 and more.
 const SPACING: f64 = 0.35;
 /// Points of a finer grid between the neighbours of a valley.
 const FINER: usize = 8;
-/// What of a column must lie outside the others, squared: below, the normal equations leave less than two digits.
+/// Smallest independent part of a column, squared: below, the normal equations leave less than two digits.
 const INDEPENDENT: f64 = 1e-14;
 
-/// The bottom of a valley of the sum of squares over ln Ω_Strib, as the grid has it.
+/// The bottom of a valley of the sum of squares over ln Ω_Strib, on the grid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Valley {
     pub(super) parameters: Parameters<f64>,
-    /// What it takes of the sum of squares of the torques.
+    /// Explained part of the sum of squares of the torques.
     explained: f64,
     /// ln Ω_Strib of its neighbours.
     between: [f64; 2],
@@ -67,7 +67,7 @@ pub(super) fn valleys(samples: &[Sample], range: [f64; 2]) -> Vec<Valley> {
 /// The bottom of a valley by finer and finer grids.
 pub(super) fn bottom(samples: &[Sample], valley: Valley) -> Parameters<f64> {
     let mut best = valley;
-    // Each turn leaves two sevenths: twelve bring a distance of the grid below the square root of the precision.
+    // Each iteration leaves two sevenths: twelve bring a spacing of the grid below the square root of the precision.
     for _ in 0..12 {
         let finer = grid(samples, best.between, FINER);
         let Some(deepest) = finer.max_by(|a, b| a.explained.total_cmp(&b.explained)) else { break };
@@ -77,7 +77,7 @@ pub(super) fn bottom(samples: &[Sample], valley: Valley) -> Parameters<f64> {
     best.parameters
 }
 
-/// The best fits at so many values of ln Ω_Strib.
+/// The best fits at a number of values of ln Ω_Strib.
 fn grid(samples: &[Sample], [low, high]: [f64; 2], count: usize) -> impl Iterator<Item = Valley> {
     let spacing = (high - low) / (count - 1) as f64;
     let at = move |k: usize| if k + 1 == count { high } else { low + spacing * k as f64 };
@@ -89,7 +89,7 @@ fn grid(samples: &[Sample], [low, high]: [f64; 2], count: usize) -> impl Iterato
     })
 }
 
-/// The best M_S, M_K, b ≥ 0 at a Stribeck velocity, and what they explain of the sum of squares.
+/// The best M_S, M_K, b ≥ 0 at a Stribeck velocity, and the explained part of the sum of squares.
 fn project(samples: &[Sample], velocity: f64) -> (f64, [f64; 3]) {
     let (mut gram, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
     for s in samples {
@@ -105,7 +105,7 @@ fn project(samples: &[Sample], velocity: f64) -> (f64, [f64; 3]) {
     non_negative(&gram, right)
 }
 
-/// The best coefficients of three columns, none negative, of all subsets; and what they explain.
+/// The best coefficients of three columns, none negative, of all subsets; and the explained part.
 fn non_negative(gram: &[[f64; 3]; 3], right: [f64; 3]) -> (f64, [f64; 3]) {
     let mut best = (0.0, [0.0; 3]);
     let mut offer = |coefficients: [f64; 3], independent: bool| {

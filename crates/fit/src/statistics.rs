@@ -1,8 +1,8 @@
-//! The few distributions that intervals and tests need.
+//! Distributions of the intervals and tests.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
-/// Half-width of a two-sided 95 % interval in standard errors, with so many degrees of freedom (≥ 1).
+/// Half-width of a two-sided 95 % interval in standard errors, with this number of degrees of freedom (≥ 1).
 pub fn student_t95(degrees_of_freedom: f64) -> f64 {
     let t = StudentsT::new(0.0, 1.0, degrees_of_freedom).expect("at least one degree of freedom");
     // Its last bits depend on the system's logarithm, the quantile itself on ten digits at most.

@@ -1,6 +1,6 @@
 //! The Stribeck curve, equation (1), from measured points: weighted, optionally robust, with covariance.
 //!
-//! A global search by variable projection, then Levenberg-Marquardt. Whether a drop is in the data at all is judged apart:
+//! A global search by variable projection, then Levenberg-Marquardt. The significance of a drop is judged separately:
 //! [`StribeckDrop`].
 
 use nalgebra::{Matrix4, SymmetricEigen, Vector4};
@@ -28,7 +28,7 @@ pub fn values(curve: &Stribeck<f64>) -> [f64; 4] {
     [curve.breakaway_torque, curve.kinetic_torque, curve.stribeck_velocity, curve.viscous_friction]
 }
 
-/// A curve with these numbers, its drop as it falls.
+/// A curve with these numbers, with the decay of another.
 pub fn with_values(curve: &Stribeck<f64>, values: [f64; 4]) -> Stribeck<f64> {
     let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] = values;
     Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, ..*curve }
@@ -45,7 +45,7 @@ pub struct CurvePoint {
     pub standard_error: f64,
 }
 
-/// Which points count.
+/// Selection of the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
     /// Velocity > 0.
@@ -57,32 +57,33 @@ pub enum Side {
     Both,
 }
 
-/// What the standard errors of the points mean for the covariance.
+/// Meaning of the points' standard errors for the covariance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Uncertainty {
-    /// They are right.
+    /// The standard errors are correct.
     Absolute,
-    /// Only their ratios are: the scatter about the curve sets the scale (χ² per degree of freedom becomes 1).
+    /// Only their ratios are correct: the scatter about the curve sets the scale (χ² per degree of freedom becomes 1).
     #[default]
     Scaled,
-    /// They are what noise leaves; what the curve itself lacks comes on top: one variance for all points, so large that
-    /// the scatter about the curve is what the errors say, and none where chance explains it (Paule and Mandel, J. Res.
-    /// NBS 87 (1982) 377). A measurement's own errors are never improved on by a lucky scatter, and where no curve of
-    /// this form fits, no point rules by its small noise.
+    /// The standard errors are those of noise, and the lack of fit of the curve is added: one variance for all points,
+    /// chosen so that the scatter about the curve equals the errors; none where chance explains the scatter (Paule and
+    /// Mandel, J. Res. NBS 87 (1982) 377). A scatter smaller than the errors never reduces them, and where no curve of
+    /// this form fits, no point dominates by its small noise.
     Extra,
 }
 
 /// Huber's usual threshold in standard errors: 95 % of the efficiency of least squares on normal errors.
 pub const HUBER: f64 = 1.345;
 
-/// How to fit.
+/// Plan of a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StribeckPlan {
-    /// Which points count.
+    /// Selection of the points.
     pub side: Side,
-    /// What the standard errors mean.
+    /// Meaning of the standard errors.
     pub uncertainty: Uncertainty,
-    /// Residuals beyond so many standard errors count linearly instead of squared (Huber; [`HUBER`] is usual).
+    /// Threshold in standard errors above which residuals count linearly instead of squared (Huber; [`HUBER`] is
+    /// usual).
     pub huber: Option<f64>,
 }
 
@@ -100,43 +101,42 @@ pub struct StribeckFit {
     pub coverage_factor: f64,
     /// 95 % intervals in the logarithm of each parameter, so that no bound is negative.
     pub ci95: [[f64; 2]; 4],
-    /// Parameters that ended at the edge of what is allowed: 0, or for Ω_Strib a tenth of the slowest to three times
-    /// the fastest speed.
+    /// Parameters at the edge of their range: 0, or for Ω_Strib a tenth of the slowest to three times the fastest
+    /// speed.
     pub at_bound: [bool; 4],
-    /// Measured minus fitted [N m], in the order of the points that count, positive away from zero.
+    /// Measured minus fitted [N m], in the order of the selected points, positive away from zero.
     pub residuals: Vec<f64>,
     /// Root mean square of the residuals [N m].
     pub rms: f64,
     /// Weighted sum of squares.
     pub chi_square: f64,
-    /// Standard deviation [N m] that [`Uncertainty::Extra`] added to every point: how far the curve's form is from the
-    /// friction that was measured.
+    /// Standard deviation [N m] that [`Uncertainty::Extra`] added to every point: distance of the curve's form from the
+    /// measured friction.
     pub lack_of_fit: f64,
     /// Points minus parameters.
     pub degrees_of_freedom: usize,
-    /// Slowest and fastest speed that was measured [rad/s].
+    /// Slowest and fastest measured speed [rad/s].
     pub speeds: [f64; 2],
-    /// Points that lie further from the curve than [`OUTLIER`] of their standard errors, by their number in
-    /// `residuals`.
+    /// Points further from the curve than [`OUTLIER`] of their standard errors, as indices of `residuals`.
     pub outliers: Vec<usize>,
-    /// Probability of so few or so many changes of sign along rising speed if the residuals were chance (Wald and
-    /// Wolfowitz): small where the curve's form is not that of the data.
+    /// Probability of so few or so many changes of sign along rising speed with random residuals (Wald and
+    /// Wolfowitz): small where the curve's form differs from that of the data.
     pub runs_probability: f64,
     /// Whether the data show M_S > M_K.
     pub drop: StribeckDrop,
 }
 
-/// Standard errors, each with the lack of fit, beyond which a point is named an outlier.
+/// Standard errors, each with the lack of fit, above which a point is an outlier.
 pub const OUTLIER: f64 = 4.0;
 
 impl StribeckFit {
-    /// The curve itself.
+    /// The fitted curve.
     pub fn curve(&self) -> Stribeck<f64> {
         curve(self.parameters)
     }
 
-    /// Whether the points tell a parameter: a torque, or what viscous friction adds up to, to within the friction itself,
-    /// the Stribeck velocity to within a factor of ten.
+    /// Whether the points determine a parameter: a torque, or the viscous part, to within the friction itself, the
+    /// Stribeck velocity to within a factor of ten.
     pub fn knows(&self, parameter: usize) -> bool {
         let [slowest, fastest] = self.speeds;
         let friction = self.curve().magnitude(slowest).max(self.curve().magnitude(fastest));
@@ -145,16 +145,16 @@ impl StribeckFit {
         0.5 * (high - low) <= scale[parameter]
     }
 
-    /// The parameters, each with its name; one that the points do not tell is unknown.
+    /// The parameters with their names; undetermined ones are unknown.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
         PARAMETERS.iter().enumerate().map(|(i, (_, name, unit))| {
             let half_width = 0.5 * (self.ci95[i][1] - self.ci95[i][0]);
-            let known = Estimate::new(self.parameters[i], *unit).with_half_width(half_width);
+            let estimate = Estimate::new(self.parameters[i], *unit).with_half_width(half_width);
             (*name, if self.knows(i) { known } else { Estimate::new(f64::NAN, *unit) })
         })
     }
 
-    /// How the curve at a speed [rad/s] moves with each parameter.
+    /// Derivatives of the curve at a speed [rad/s] with respect to each parameter.
     pub fn gradient(&self, speed: f64) -> [f64; 4] {
         gradient(self.parameters, speed).1
     }
@@ -170,7 +170,8 @@ impl StribeckFit {
 /// Fits equation (1) to the points of one side or of both.
 ///
 /// # Errors
-/// A point that is not a finite torque at a finite velocity ≠ 0 with a standard error > 0; fewer than five points.
+/// A non-finite torque, a velocity that is 0 or not finite, a standard error that is not positive; fewer than five
+/// points.
 pub fn fit_stribeck(points: &[CurvePoint], plan: &StribeckPlan) -> Result<StribeckFit, Error> {
     let mut samples = select(points, plan.side)?;
     let bounds = bounds_of(speed_range(&samples));
@@ -204,7 +205,7 @@ fn robust(samples: &[Sample], huber: Option<f64>, bounds: [f64; 2]) -> Parameter
     parameters
 }
 
-/// Standard deviation [N m] that makes the scatter as large as the errors say.
+/// Standard deviation [N m] that makes the scatter equal to the errors.
 fn extra(samples: &[Sample], huber: Option<f64>, start: Parameters<f64>, bounds: [f64; 2]) -> f64 {
     let threshold = huber.unwrap_or(f64::INFINITY);
     let Normal { square, .. } = Normal::of(threshold);
@@ -227,8 +228,8 @@ fn extra(samples: &[Sample], huber: Option<f64>, start: Parameters<f64>, bounds:
     let largest = samples.iter().map(|s| s.torque.abs()).fold(0.0, f64::max);
     // Below this share of the torque nothing is added.
     let (mut low, mut high) = (1e-8 * largest, largest);
-    // A scatter within the 95 % that chance allows is no lack of fit: adding it half of the time would widen the
-    // intervals of good fits, and most by the points that are known best.
+    // A scatter within the 95 % of chance is no lack of fit: adding it half of the time would widen the intervals of
+    // good fits, and most by the best points.
     let chance = 1.645 * (2.0 / (samples.len() - 4) as f64).sqrt();
     if excess(low) <= chance * square {
         return 0.0;
@@ -246,7 +247,7 @@ fn scatter(parameters: Parameters<f64>, samples: &[Sample], threshold: f64) -> f
     samples.iter().map(cut).sum::<f64>() / (samples.len() - 4) as f64
 }
 
-/// What normal errors of variance 1 give under Huber's ψ.
+/// Moments of normal errors of variance 1 under Huber's ψ.
 struct Normal {
     /// E[ψ²].
     square: f64,
@@ -280,13 +281,17 @@ fn select(points: &[CurvePoint], side: Side) -> Result<Vec<Sample>, Error> {
         let CurvePoint { velocity, torque, standard_error } = *point;
         let bad = |field, value, remedy| Err(Error::CurvePoint { index, field, value, remedy });
         if !(velocity.is_finite() && velocity != 0.0) {
-            return bad("velocity", velocity, "The curve is fitted where the axis moves; leave out points at rest.");
+            return bad("velocity", velocity, "Remove points at rest: the curve is that of a moving axis.");
         }
         if !torque.is_finite() {
-            return bad("torque", torque, "Leave out points without a value.");
+            return bad("torque", torque, "Remove points without a value.");
         }
         if !(standard_error.is_finite() && standard_error > 0.0) {
-            return bad("standard_error", standard_error, "Give each point a positive standard error, or 1 to all.");
+            return bad(
+                "standard_error",
+                standard_error,
+                "Set a positive standard error for each point, or 1 for all.",
+            );
         }
         if match side {
             Side::Positive => velocity > 0.0,
@@ -298,7 +303,7 @@ fn select(points: &[CurvePoint], side: Side) -> Result<Vec<Sample>, Error> {
         }
     }
     if samples.len() < 5 {
-        let remedy = "Four parameters and their errors need five speeds; measure more.";
+        let remedy = "Four parameters and their errors require five speeds. Measure more.";
         return Err(Error::TooFew { what: "points of the friction curve", found: samples.len(), needed: 5, remedy });
     }
     Ok(samples)
@@ -360,12 +365,12 @@ fn assess(
     let inverse = inverse(&normal(parameters, samples));
     let covariance = inverse.map_or([[f64::INFINITY; 4]; 4], |c| c.map(|r| r.map(|v| v * scale)));
     let standard_errors: [f64; 4] = std::array::from_fn(|i| covariance[i][i].sqrt());
-    let known = match plan.uncertainty {
+    let is_absolute = match plan.uncertainty {
         Uncertainty::Absolute => true,
         Uncertainty::Scaled => false,
         Uncertainty::Extra => lack_of_fit == 0.0,
     };
-    let coverage_factor = if known { 1.96 } else { student_t95(degrees_of_freedom as f64) };
+    let coverage_factor = if is_absolute { 1.96 } else { student_t95(degrees_of_freedom as f64) };
     let ci95 = std::array::from_fn(|i| interval(parameters[i], coverage_factor * standard_errors[i]));
     let residuals: Vec<f64> = samples.iter().map(|s| s.torque - curve(parameters).magnitude(s.speed)).collect();
     let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
@@ -396,8 +401,8 @@ fn assess(
     }
 }
 
-/// Interval of a magnitude: even in its logarithm while it is known to within itself; beyond, where that would reach to
-/// anywhere, from nothing to the upper end that the standard error gives.
+/// Interval of a magnitude: symmetric in its logarithm while its error is below its value; beyond, from 0 to the upper
+/// end of the standard error.
 fn interval(value: f64, half_width: f64) -> [f64; 2] {
     if half_width <= value && value > 0.0 {
         let factor = libm::exp(half_width / value);
@@ -406,15 +411,15 @@ fn interval(value: f64, half_width: f64) -> [f64; 2] {
     [0.0, value + half_width]
 }
 
-/// (JᵀWJ)⁻¹ by the eigenvalues of the scaled matrix; `None` if the data leave a direction open.
+/// (JᵀWJ)⁻¹ by the eigenvalues of the scaled matrix; `None` if the data leave a direction undetermined.
 fn inverse(normal: &[[f64; 4]; 4]) -> Option<[[f64; 4]; 4]> {
     let scales: [f64; 4] = std::array::from_fn(|j| normal[j][j].sqrt());
-    // Written so that NaN is open.
+    // NaN counts as undetermined.
     if !scales.iter().all(|scale| *scale > 0.0) {
         return None;
     }
     let eigen = SymmetricEigen::new(Matrix4::from_fn(|i, j| normal[i][j] / (scales[i] * scales[j])));
-    // Below 1e-13 of the largest eigenvalue (4 at most) rounding decides.
+    // Eigenvalues below 1e-13 of the largest (4 at most) are rounding errors.
     if eigen.eigenvalues.min() < 4e-13 {
         return None;
     }

@@ -11,7 +11,7 @@ fn points(set: &str) -> Vec<CurvePoint> {
             CurvePoint { velocity: number(1), torque: number(2), standard_error: number(3) }
         })
         .collect();
-    assert!(!points.is_empty(), "no points named {set}");
+    assert!(!points.is_empty(), "unknown set {set}");
     points
 }
 
@@ -107,7 +107,7 @@ fn scaled_torque_scales_the_curve_and_nothing_else() {
 }
 
 #[test]
-fn viscous_friction_that_noise_turns_negative_ends_at_zero_and_says_so() {
+fn viscous_friction_that_noise_turns_negative_ends_at_zero_and_is_marked() {
     let fit = fit_stribeck(&synthetic([0.3, 0.18, 3.0, -5e-4], 1e-3, 1), &StribeckPlan::default()).unwrap();
     assert_eq!(fit.parameters[3], 0.0);
     assert!(fit.at_bound[3]);
@@ -115,7 +115,7 @@ fn viscous_friction_that_noise_turns_negative_ends_at_zero_and_says_so() {
 }
 
 #[test]
-fn intervals_contain_the_truth_as_often_as_they_say() {
+fn intervals_contain_the_truth_in_95_percent() {
     let truth = [0.06, 0.04, 2.0, 2e-4];
     let mut hits = [0; 4];
     for seed in 0..400 {
@@ -132,24 +132,24 @@ fn intervals_contain_the_truth_as_often_as_they_say() {
 
 #[test]
 fn noise_is_seldom_taken_for_a_drop_and_a_drop_seldom_for_noise() {
-    let found = |truth, noise| {
+    let drops = |truth, noise| {
         let fits = (0..600).map(|seed| fit_stribeck(&synthetic(truth, noise, seed), &StribeckPlan::default()).unwrap());
         fits.filter(|fit| fit.drop.is_identified()).count()
     };
-    let (none, some) = (found([0.04, 0.04, 2.0, 2e-4], 5e-4), found([0.06, 0.04, 2.0, 2e-4], 5e-4));
-    // Found: 2 and 600.
+    let (none, some) = (drops([0.04, 0.04, 2.0, 2e-4], 5e-4), drops([0.06, 0.04, 2.0, 2e-4], 5e-4));
+    // Result: 2 and 600.
     assert!(none <= 30, "{none} of 600 false alarms");
     assert!(some >= 594, "{some} of 600 drops found");
 }
 
 #[test]
-fn the_verdict_names_why_there_is_no_drop() {
+fn the_verdict_states_why_there_is_no_drop() {
     let judge = |set, side| fit_stribeck(&points(set), &StribeckPlan { side, ..Default::default() }).unwrap().drop;
     assert!(judge("bench", Side::Positive).is_identified());
     let rising = judge("rising", Side::Positive);
     assert!(matches!(rising, StribeckDrop::Absent { .. }));
     assert!(rising.to_string().starts_with("F_S < F_K: no Stribeck drop in this data"), "{rising}");
-    // Below its slowest speed nothing is known: the drop of 0.02 N m lies at a tenth of it.
+    // Below its slowest speed nothing is measured: the drop of 0.02 N m is at a tenth of it.
     let fast = judge_of(&synthetic([0.06, 0.04, 0.04, 2e-4], 2e-4, 3));
     assert!(matches!(fast, StribeckDrop::OutsideSpeeds { .. }), "{fast}");
     assert!(fast.to_string().ends_with("measure slower"));
@@ -162,7 +162,7 @@ fn judge_of(points: &[CurvePoint]) -> StribeckDrop {
 }
 
 #[test]
-fn points_that_are_no_measurement_are_refused() {
+fn invalid_points_are_refused() {
     for (field, change) in [
         ("velocity", (|p: &mut CurvePoint| p.velocity = 0.0) as fn(&mut CurvePoint)),
         ("torque", |p| p.torque = f64::NAN),
@@ -176,7 +176,7 @@ fn points_that_are_no_measurement_are_refused() {
 }
 
 #[test]
-fn data_that_leave_a_parameter_open_have_no_finite_error() {
+fn data_that_do_not_determine_a_parameter_have_an_infinite_error() {
     let one_speed = vec![CurvePoint { velocity: 1.0, torque: 0.1, standard_error: 1e-3 }; 6];
     let fit = fit_stribeck(&one_speed, &StribeckPlan::default()).unwrap();
     assert_eq!(fit.standard_errors, [f64::INFINITY; 4]);
@@ -184,7 +184,7 @@ fn data_that_leave_a_parameter_open_have_no_finite_error() {
 }
 
 #[test]
-fn an_outlier_is_named_and_a_robust_fit_does_not_follow_it() {
+fn an_outlier_is_reported_and_a_robust_fit_does_not_follow_it() {
     let truth = [0.3, 0.18, 3.0, 2e-3];
     let mut points = synthetic(truth, 5e-4, 7);
     points[4].torque += 0.02;
@@ -212,7 +212,7 @@ fn a_curve_of_another_form_shows_in_the_runs_of_its_residuals() {
 }
 
 #[test]
-fn robust_intervals_under_known_errors_contain_the_truth_as_often_as_they_say() {
+fn robust_intervals_with_absolute_errors_contain_the_truth_in_95_percent() {
     let truth = [0.06, 0.04, 2.0, 2e-4];
     let mut hits = [0; 4];
     for uncertainty in [Uncertainty::Absolute, Uncertainty::Extra] {
@@ -231,7 +231,7 @@ fn robust_intervals_under_known_errors_contain_the_truth_as_often_as_they_say() 
     }
 }
 
-/// The fit as it was before: variable projection on a dense grid with a golden section, then Levenberg-Marquardt.
+/// The former fit: variable projection on a dense grid with a golden section, then Levenberg-Marquardt.
 mod reference {
     use std::convert::Infallible;
 
@@ -260,8 +260,8 @@ mod reference {
                 };
                 let stop = Stop { step: 1e-11, fall: f64::NEG_INFINITY, evaluations: 200 };
                 let free = [0.0, f64::INFINITY];
-                let Ok(found) = minimise(start, [free, free, bounds, free], stop, residuals);
-                let cost = cost(found.parameters, samples);
+                let Ok(minimum) = minimise(start, [free, free, bounds, free], stop, residuals);
+                let cost = cost(minimum.parameters, samples);
                 if cost < best.1 {
                     best = (found.parameters, cost);
                 }
@@ -314,7 +314,7 @@ fn many_points_of_a_run_give_the_curve_within_what_their_noise_leaves() {
 }
 
 #[test]
-fn a_direction_that_the_points_leave_open_has_no_finite_error() {
+fn an_undetermined_direction_has_an_infinite_error() {
     let flat = synthetic([0.2, 0.2, 1.0, 1e-3], 0.0, 1);
     let fit = fit_stribeck(&flat, &StribeckPlan::default()).unwrap();
     assert!(fit.rms < 1e-9 && !fit.drop.is_identified(), "{fit:?}");

@@ -1,10 +1,10 @@
-//! How well several parameters are known together: the table `[uncertainty]` of a parameter file.
+//! Joint distribution of several parameters: the table `[uncertainty]` of a parameter file.
 //!
 //!   C_ij = ρ_ij·s_i·s_j
 //!
-//! is the covariance of the parameters, or of their logarithms where `logarithmic = true`: then s is a share of the value
-//! (0.01: 1 %), no draw is negative, and 95 % of the draws lie within the intervals that a fit prints. The values
-//! themselves are those of the file. Parameter files may carry the table; whoever reads parameters leaves it out, and
+//! is the covariance of the parameters, or of their logarithms where `logarithmic = true`: then s is a share of the
+//! value (0.01: 1 %), no draw is negative, and 95 % of the draws are within the intervals of the fit. The values
+//! themselves are those of the file. Parameter files may have the table; the reader of parameters ignores it, and
 //! `stickslip_study::read` draws from it.
 
 use std::fmt::Write;
@@ -18,11 +18,10 @@ use stickslip_base::Error;
 
 use stickslip_base::parameters::UNCERTAINTY as TABLE;
 
-/// Standard deviation of a logarithm beyond which the parameter is not known within itself, and its logarithm tells no
-/// more than the parameter does.
+/// Standard deviation of a logarithm above which the parameter itself is normal instead of its logarithm.
 pub const LARGEST: f64 = 0.5;
 
-/// Parameters with a common normal distribution, about the values that stand beside it.
+/// Parameters with a joint normal distribution about the values of the file.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointDistribution {
@@ -36,7 +35,7 @@ pub struct JointDistribution {
     pub correlation: Vec<Vec<f64>>,
 }
 
-/// A file that was read: the distribution, and the values about which it is.
+/// A distribution from a file, with the values about which it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Known {
     /// Standard deviations and correlations.
@@ -48,26 +47,26 @@ pub struct Known {
 }
 
 impl JointDistribution {
-    /// What a fit knows of its four parameters, which stand in a group of the file. In their logarithms, as the fit's
-    /// intervals are, unless one is not even known within itself.
+    /// Joint distribution of the four parameters of a fit, in a group of the file. In their logarithms, as the fit's
+    /// intervals are, unless the error of one exceeds its value.
     pub fn of_fit(fit: &StribeckFit, group: &str) -> Self {
         let errors = fit.standard_errors;
         let within = |i: usize| fit.parameters[i] > 0.0 && errors[i] <= LARGEST * fit.parameters[i];
         let logarithmic = (0..4).all(within);
         let sd = (0..4).map(|i| if logarithmic { errors[i] / fit.parameters[i] } else { errors[i] }).collect();
-        // One triangle for both: what was computed twice may differ in its last bit.
+        // One triangle for both: two computations may differ in the last bit.
         let rho = |i: usize, j: usize| fit.covariance[i.max(j)][i.min(j)] / (errors[i] * errors[j]);
         let row = |i: usize| (0..4).map(|j| if i == j { 1.0 } else { rho(i, j) }).collect();
         let parameters = PARAMETERS.iter().map(|(key, ..)| format!("{group}.{key}")).collect();
         JointDistribution { parameters, logarithmic, sd, correlation: (0..4).map(row).collect() }
     }
 
-    /// The table, as a parameter file has it at its end.
+    /// The table, for the end of a parameter file.
     pub fn to_toml(&self) -> String {
         let JointDistribution { parameters, logarithmic, sd, correlation } = self;
         let of = if *logarithmic { "their logarithms: 0.01 is 1 %" } else { "the parameters, in their units" };
         let mut text = format!(
-            "\n# How well these are known together, for [[fit]] of a study: standard deviations of {of}.\n[{TABLE}]\n\
+            "\n# Joint distribution of these parameters, for [[fit]] of a study: standard deviations of {of}.\n[{TABLE}]\n\
              parameters = {parameters:?}\nlogarithmic = {logarithmic}\nsd = {sd:?}\ncorrelation = [\n"
         );
         for row in correlation {
@@ -76,28 +75,28 @@ impl JointDistribution {
         text + "]\n"
     }
 
-    /// L of ρ = L·Lᵀ; none where ρ is no correlation of so many parameters.
+    /// L of ρ = L·Lᵀ; an error where ρ is not a correlation of these parameters.
     pub fn factor(&self) -> Result<Vec<Vec<f64>>, String> {
         let count = self.parameters.len();
         if self.correlation.len() != count || self.correlation.iter().any(|row| row.len() != count) {
             return Err(format!("correlation is not {count} × {count}"));
         }
-        factor(&self.correlation).ok_or_else(|| "correlation is none".into())
+        factor(&self.correlation).ok_or_else(|| "invalid correlation".into())
     }
 
-    /// What is wrong with the table itself, or with it beside the values.
+    /// Fault of the table itself, or together with the values.
     pub fn fault(&self, values: &[f64]) -> Option<String> {
         let JointDistribution { parameters, logarithmic, sd, .. } = self;
         if parameters.is_empty() || sd.len() != parameters.len() {
-            return Some(format!("{} parameters and {} standard deviations", parameters.len(), sd.len()));
+            return Some(format!("{} parameters, but {} standard deviations", parameters.len(), sd.len()));
         }
         parameters.iter().zip(sd).zip(values).find_map(|((path, &sd), &value)| {
             if !(sd.is_finite() && sd > 0.0) {
                 Some(format!("the standard deviation of {path} is {sd}"))
             } else if *logarithmic && (value.is_nan() || value <= 0.0) {
-                Some(format!("{path} = {value}, which has no logarithm"))
+                Some(format!("{path} = {value} has no logarithm"))
             } else if *logarithmic && sd > LARGEST {
-                Some(format!("{path} is known to {:.0} % alone, as a standard deviation", 100.0 * sd))
+                Some(format!("the standard deviation of {path} is {:.0} %, which is too large", 100.0 * sd))
             } else {
                 None
             }
@@ -105,7 +104,7 @@ impl JointDistribution {
     }
 }
 
-/// L of a correlation L·Lᵀ, row by row: symmetric, ones on its diagonal, positive definite. `None` of anything else.
+/// L of a correlation L·Lᵀ, row by row: symmetric, ones on its diagonal, positive definite. `None` for anything else.
 pub fn factor(correlation: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let count = correlation.len();
     if correlation.iter().any(|row| row.len() != count) {
@@ -120,39 +119,38 @@ pub fn factor(correlation: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
 /// Reads the table of a file and the values that it is about.
 ///
 /// # Errors
-/// [`Error::File`]; [`Error::Document`] for a file without the table, and for a table that is no distribution of values
-/// of the file.
+/// [`Error::File`]; [`Error::Document`] for a file without the table, and for an invalid table.
 pub fn read(path: &Path) -> Result<Known, Error> {
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
     let wrong = |reason: String, remedy| Err(Error::Document { path: path.into(), place: None, reason, remedy });
-    let no_toml = |error: toml::de::Error| error.message().trim().replace('\n', ", ");
+    let message = |error: toml::de::Error| error.message().trim().replace('\n', ", ");
     let mut table: toml::Table = match toml::from_str(&text) {
         Ok(table) => table,
-        Err(error) => return wrong(no_toml(error), "Give the fit.toml that `stickslip fit` wrote."),
+        Err(error) => return wrong(message(error), "Give the fit.toml that `stickslip fit` wrote."),
     };
     let Some(stated) = table.remove(TABLE) else {
         return wrong(format!("there is no table [{TABLE}] in it"), "Give the fit.toml that `stickslip fit` wrote.");
     };
     let together: JointDistribution = match stated.try_into() {
         Ok(together) => together,
-        Err(error) => return wrong(format!("[{TABLE}]: {}", no_toml(error)), "Fit again, or mend the table."),
+        Err(error) => return wrong(format!("[{TABLE}]: {}", message(error)), "Fit again, or correct the table."),
     };
     let mut values = Vec::new();
     for path in &together.parameters {
         match number(&table, path) {
             Some(value) => values.push(value),
-            // Its default would be a value that nobody has fitted.
-            None => return wrong(format!("it states no value of {path}"), "Fit again, or add the value."),
+            // A default would not be a fitted value.
+            None => return wrong(format!("missing value of {path}"), "Fit again, or add the value."),
         }
     }
     if let Some(fault) = together.fault(&values) {
-        return wrong(fault, "Measure what tells it (`stickslip fit` names that), or leave the parameter out.");
+        return wrong(fault, "Measure more (`stickslip fit` lists the missing measurements), or remove the parameter.");
     }
     match together.factor() {
         Ok(factor) => Ok(Known { together, values, factor }),
         Err(fault) => {
-            let remedy = "A correlation is symmetric, has ones on its diagonal, and leaves no combination of parameters \
-                          with a variance of 0 or less.";
+            let remedy = "A correlation is symmetric, has ones on its diagonal, and gives no combination of parameters \
+                          a variance of 0 or less.";
             wrong(fault, remedy)
         }
     }
@@ -203,40 +201,40 @@ mod tests {
     }
 
     #[test]
-    fn a_file_gives_back_what_the_fit_knows_to_the_bit() {
+    fn a_file_restores_the_distribution_of_the_fit_exactly() {
         let fit = fit([0.3, 0.18, 2.0, 1e-3]);
         let together = JointDistribution::of_fit(&fit, "model.own");
         assert!(together.logarithmic);
-        let known = read_back(&text(&fit, &together)).unwrap();
-        assert_eq!((&known.together, &known.values[..]), (&together, &fit.parameters[..]));
+        let file = read_back(&text(&fit, &together)).unwrap();
+        assert_eq!((&file.together, &file.values[..]), (&together, &fit.parameters[..]));
         for i in 0..4 {
             for j in 0..4 {
-                let correlation: f64 = (0..4).map(|k| known.factor[i][k] * known.factor[j][k]).sum();
+                let correlation: f64 = (0..4).map(|k| file.factor[i][k] * file.factor[j][k]).sum();
                 let ours = correlation * together.sd[i] * together.sd[j] * fit.parameters[i] * fit.parameters[j];
                 let scale = fit.standard_errors[i] * fit.standard_errors[j];
                 // A handful of roundings.
                 assert!((ours - fit.covariance[i][j]).abs() < 1e-14 * scale, "{i} {j}");
             }
         }
-        // Whoever reads parameters does not stumble over it.
+        // A reader of parameters ignores the table.
         let preset: stickslip_base::Preset<f64> =
             stickslip_base::parameters::read(&text(&fit, &together), "fit.toml").unwrap();
         assert_eq!(crate::values(&preset.model.own), fit.parameters);
     }
 
     #[test]
-    fn what_is_not_known_within_itself_is_normal_in_its_own_units() {
+    fn an_uncertain_parameter_is_normal_in_its_own_unit() {
         let fit = fit([0.3, 0.18, 2.0, 2e-6]);
         let together = JointDistribution::of_fit(&fit, "model.own");
         assert!(!together.logarithmic && together.sd == fit.standard_errors, "{together:?}");
     }
 
     #[test]
-    fn a_table_that_is_no_distribution_is_refused_with_what_it_lacks() {
+    fn an_invalid_table_is_refused_with_the_reason() {
         let fit = fit([0.3, 0.18, 2.0, 1e-3]);
         let together = JointDistribution::of_fit(&fit, "model.own");
         let whole = text(&fit, &together);
-        let said = |change: &dyn Fn(&mut JointDistribution)| {
+        let message_of = |change: &dyn Fn(&mut JointDistribution)| {
             let mut changed = together.clone();
             change(&mut changed);
             read_back(&text(&fit, &changed)).unwrap_err().to_string()
@@ -248,18 +246,18 @@ mod tests {
             }
         };
         for (message, expected) in [
-            (said(&indefinite), "correlation is none"),
-            (said(&|t| t.correlation[0][1] += 1e-3), "correlation is none"),
-            (said(&|t| t.correlation[2][2] = 1.1), "correlation is none"),
-            (said(&|t| t.correlation.truncate(3)), "correlation is not 4 × 4"),
-            (said(&|t| t.sd.truncate(3)), "4 parameters and 3 standard deviations"),
-            (said(&|t| t.sd[1] = 0.0), "the standard deviation of model.own.kinetic_torque is 0"),
-            (said(&|t| t.sd[1] = f64::INFINITY), "the standard deviation of model.own.kinetic_torque is inf"),
-            (said(&|t| t.sd[3] = 0.8), "model.own.viscous_friction is known to 80 % alone"),
-            (said(&|t| t.parameters[3] = "model.own.viscosity".into()), "it states no value of model.own.viscosity"),
+            (message_of(&indefinite), "invalid correlation"),
+            (message_of(&|t| t.correlation[0][1] += 1e-3), "invalid correlation"),
+            (message_of(&|t| t.correlation[2][2] = 1.1), "invalid correlation"),
+            (message_of(&|t| t.correlation.truncate(3)), "correlation is not 4 × 4"),
+            (message_of(&|t| t.sd.truncate(3)), "4 parameters, but 3 standard deviations"),
+            (message_of(&|t| t.sd[1] = 0.0), "the standard deviation of model.own.kinetic_torque is 0"),
+            (message_of(&|t| t.sd[1] = f64::INFINITY), "the standard deviation of model.own.kinetic_torque is inf"),
+            (message_of(&|t| t.sd[3] = 0.8), "the standard deviation of model.own.viscous_friction is 80 %"),
+            (message_of(&|t| t.parameters[3] = "model.own.viscosity".into()), "missing value of model.own.viscosity"),
             (
                 read_back(&whole.replace("viscous_friction = ", "viscous_friction = 0.0 # ")).unwrap_err().to_string(),
-                "model.own.viscous_friction = 0, which has no logarithm",
+                "model.own.viscous_friction = 0 has no logarithm",
             ),
             (read_back("[model.own]\n").unwrap_err().to_string(), "there is no table [uncertainty] in it"),
             (read_back(&whole.replace("sd =", "sds =")).unwrap_err().to_string(), "[uncertainty]: unknown field `sds`"),

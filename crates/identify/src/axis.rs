@@ -1,11 +1,11 @@
-//! The axis as identified, and its closed loop with the known controller.
+//! The identified axis, and its closed loop with the known controller.
 //!
 //! ```text
 //! M·q̈ = K·s − F(q̇) − F_0,   τ·ṡ = u − s,   u = limited(k_v·(k_p·(r − q) − v)) + injected
 //! ```
 //!
-//! Without bristles the axis truly sticks: within a sub-step friction is the force that would bring the axis to rest,
-//! limited to the sliding curve of the direction in which it is pushed (Moreau's time stepping). No regularised sign,
+//! Without bristles the axis sticks exactly: within a sub-step friction is the force that would stop the axis, limited
+//! to the sliding curve of the direction of motion or push (Moreau's time stepping). There is no regularised sign,
 //! hence no creep. With bristles friction is LuGre on the sliding curve of the present direction.
 
 use std::ops::Range;
@@ -30,11 +30,11 @@ pub struct AxisModel<T> {
     pub offset: T,
     /// Time constant of the drive [s]; 0 is none.
     pub lag: T,
-    /// Presliding; without it the axis sticks.
+    /// Presliding; without bristles the axis sticks.
     pub bristles: Option<Bristles<T>>,
 }
 
-/// What LuGre adds to the sliding curves.
+/// Bristles of LuGre on the sliding curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bristles<T> {
     /// σ₀ [N/m or N m/rad].
@@ -65,7 +65,7 @@ pub fn coulomb<T: Scalar>(coulomb: T, viscous: T) -> Stribeck<T> {
 }
 
 impl<T: Scalar> AxisModel<T> {
-    /// Force that keeps a velocity up [N or N m]; the offset alone at rest.
+    /// Force at a constant velocity [N or N m]; the offset alone at rest.
     pub fn steady_force(&self, velocity: T) -> T {
         let zero = T::of(0.0);
         let negative = self.negative.torque(velocity);
@@ -128,10 +128,10 @@ impl<T: Scalar> Bristles<T> {
     }
 }
 
-/// What the closed loop would have done.
+/// Simulated closed loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClosedLoop<T> {
-    /// The samples that were simulated.
+    /// Range of the simulated samples.
     pub range: Range<usize>,
     /// Position at each.
     pub position: Vec<T>,
@@ -139,7 +139,7 @@ pub struct ClosedLoop<T> {
     pub command: Vec<T>,
 }
 
-/// What surrounds the axis in a recording.
+/// Surroundings of the axis in a recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Loop<'a> {
     /// The recording.
@@ -152,12 +152,12 @@ pub struct Loop<'a> {
     pub controller: Cascade,
     /// Force or torque per command in its SI unit.
     pub gain: f64,
-    /// Steps of the axis in a sampling period; [`SUB_STEPS`](Self::SUB_STEPS) unless time presses.
+    /// Steps of the axis in a sampling period; [`SUB_STEPS`](Self::SUB_STEPS) by default.
     pub sub_steps: usize,
 }
 
 impl<'a> Loop<'a> {
-    /// As a machine file describes it; none where the controller is unknown or its reference was not recorded.
+    /// The loop of a machine file; none where the controller is unknown or its reference was not recorded.
     pub fn of(signals: &'a Signals, motion: &'a Motion, machine: &Machine) -> Option<Self> {
         let (Controller::Cascade(controller), Some(reference)) = (machine.controller, &signals.reference) else {
             return None;
@@ -165,7 +165,7 @@ impl<'a> Loop<'a> {
         Some(Loop { signals, reference, motion, controller, gain: machine.gain, sub_steps: Self::SUB_STEPS })
     }
 
-    /// 50 µs at a sampling rate of 1 kHz: twice as many change the prediction errors of the EMPS by 5e-4 of themselves.
+    /// 50 µs at a sampling rate of 1 kHz: twice as many change the prediction errors of the EMPS by a share of 5e-4.
     pub const SUB_STEPS: usize = 20;
 
     /// Simulates samples from the measured state at the first of them; the recorded command is not used.
@@ -174,7 +174,7 @@ impl<'a> Loop<'a> {
     /// [`Error::Cancelled`].
     ///
     /// # Panics
-    /// If the range does not begin with two samples before it, or ends beyond the recording.
+    /// If the range starts before the third sample, or ends beyond the recording.
     pub fn simulate<T: Scalar>(
         &self,
         model: &AxisModel<T>,
@@ -199,8 +199,8 @@ impl<'a> Loop<'a> {
             }
             // The difference of two means of neighbours spans two periods.
             let rate = (axis.position - before[1]) * T::of(0.5 / self.signals.period);
-            let wanted = T::of(position_gain) * (T::of(self.reference[i]) - axis.position);
-            let command = (T::of(velocity_gain) * (wanted - rate)).clamp(T::of(-limit), T::of(limit));
+            let velocity = T::of(position_gain) * (T::of(self.reference[i]) - axis.position);
+            let command = (T::of(velocity_gain) * (velocity - rate)).clamp(T::of(-limit), T::of(limit));
             run.position.push(axis.position);
             run.command.push(command);
             before = [axis.position, before[0]];
@@ -214,13 +214,13 @@ impl<'a> Loop<'a> {
         Ok(run)
     }
 
-    /// What a simulation misses of the recorded command, without its first `skip` samples.
+    /// Recorded minus simulated command, without the first `skip` samples.
     pub(super) fn misses(&self, run: &ClosedLoop<f64>, skip: usize) -> Vec<f64> {
         let pairs = self.signals.command[run.range.clone()].iter().zip(&run.command).skip(skip);
         pairs.map(|(measured, predicted)| measured - predicted).collect()
     }
 
-    /// How far a simulation is from the recording, without its first `skip` samples.
+    /// Distance of a simulation from the recording, without its first `skip` samples.
     pub fn compare(&self, run: &ClosedLoop<f64>, skip: usize) -> Prediction {
         let (mut error, mut square, mut distance, mut samples) = (0.0, 0.0, 0.0, 0usize);
         for (k, i) in run.range.clone().enumerate().skip(skip) {
@@ -252,7 +252,7 @@ pub struct Prediction {
 mod tests {
     use super::*;
 
-    /// A loop around an axis at rest, with the reference so far away.
+    /// A loop around an axis at rest, with the reference at this distance.
     fn at_rest<R>(distance: f64, look: impl Fn(&Loop<'_>) -> R) -> R {
         const SAMPLES: usize = 20_000;
         let zeros = vec![0.0; SAMPLES];
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_held_below_breakaway_does_not_move_at_all_and_above_it_moves() {
+    fn an_axis_below_breakaway_does_not_move_and_above_it_moves() {
         // Breakaway against the offset: 23 N forward, 17 N backward, at 1.344e6 N per metre of distance.
         for (distance, moves) in [(1.70e-5, false), (1.72e-5, true), (-1.26e-5, false), (-1.27e-5, true)] {
             let last = at_rest(distance, |around| *simulated(around, &axis(), 2..20_000).position.last().unwrap());
@@ -316,7 +316,7 @@ mod tests {
             let balanced = Loop { signals: &signals, ..*around };
             let run = simulated(&balanced, &AxisModel { offset: 0.0, ..axis() }, 2..500);
             assert!(run.command.iter().all(|u| *u == 10.0));
-            // 10 V of the controller against 10 V injected: nothing is left to move the axis.
+            // 10 V of the controller against 10 V injected: the drive gets nothing.
             assert!(run.position.iter().all(|q| *q == 0.0));
             assert!(simulated(around, &axis(), 2..500).position[400] > 0.1);
         });

@@ -1,8 +1,8 @@
-//! Which friction predicts the part of a recording that its fit has not seen?
+//! Cross-validation of frictions on the parts of a recording that their fits did not use.
 //!
 //! The recording is cut into contiguous blocks. Each friction is fitted to all blocks but one, in the simulated closed
-//! loop, and simulates the one that was left out from the measured state at its begin; so on for each block. All are fitted
-//! by the same criterion, the recorded command, with mass and lag of the drive free, from several starts.
+//! loop, and simulates the remaining one from the measured state at its start; this is repeated for each block. All are
+//! fitted by the same criterion, the recorded command, with mass and lag of the drive free, from several starts.
 
 use std::ops::Range;
 
@@ -37,7 +37,7 @@ pub const NAMES: [&str; PARAMETERS] = [
     "offset",
 ];
 
-/// Where the offset stands.
+/// Index of the offset.
 const OFFSET: usize = 12;
 
 /// A friction, from the simplest to the richest.
@@ -49,11 +49,11 @@ pub enum Friction {
     Viscous,
     /// A Stribeck curve.
     Stribeck,
-    /// Coulomb and viscous friction a direction; no offset, which would be one of them.
+    /// Coulomb and viscous friction for each direction; no offset, which would be redundant.
     EachWay,
-    /// A Stribeck curve a direction.
+    /// A Stribeck curve for each direction.
     StribeckEachWay,
-    /// The same with LuGre's bristles instead of stick.
+    /// The same with LuGre bristles instead of stick.
     LugreEachWay,
 }
 
@@ -68,12 +68,12 @@ impl Friction {
         Friction::LugreEachWay,
     ];
 
-    /// As in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         ["coulomb", "viscous", "stribeck", "each_way", "stribeck_each_way", "lugre_each_way"][self as usize]
     }
 
-    /// In words.
+    /// Title.
     pub fn title(self) -> &'static str {
         [
             "Coulomb",
@@ -85,7 +85,7 @@ impl Friction {
         ][self as usize]
     }
 
-    /// Which of [`NAMES`] it has.
+    /// Whether it has a parameter of [`NAMES`].
     pub fn has(self, parameter: usize) -> bool {
         match parameter {
             0 | 2 | 9 => true,
@@ -102,7 +102,7 @@ impl Friction {
         matches!(self, Friction::EachWay | Friction::StribeckEachWay | Friction::LugreEachWay)
     }
 
-    /// The axis with these parameters, as [`NAMES`]; what it does not have is ignored.
+    /// The axis with these parameters, as [`NAMES`]; missing ones are ignored.
     pub fn axis<T: Scalar>(self, p: &[T; PARAMETERS]) -> AxisModel<T> {
         let side = |first: usize| {
             if !self.has(1) {
@@ -128,13 +128,13 @@ impl Friction {
 /// A friction fitted to a part of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// Which.
+    /// The friction.
     pub friction: Friction,
-    /// Its parameters, as [`NAMES`]; 0 where it has none.
+    /// Its parameters, as [`NAMES`]; 0 for missing ones.
     pub parameters: [f64; PARAMETERS],
 }
 
-/// What a fit to the other blocks makes of a block.
+/// A block predicted by a fit to the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fold {
     /// Fitted to all other blocks.
@@ -143,14 +143,14 @@ pub struct Fold {
     pub error: f64,
 }
 
-/// A recording and how it is cut.
+/// A recording and its division into blocks.
 #[derive(Clone, Copy, Debug)]
 pub struct Blocks<'a> {
     /// The closed loop.
     pub around: Loop<'a>,
-    /// The machine's recipe: how many samples of a run are dropped.
+    /// Recipe of the machine: number of dropped samples of a run.
     pub recipe: Recipe,
-    /// How many blocks there are; at least two.
+    /// Number of blocks; at least two.
     pub count: usize,
 }
 
@@ -170,15 +170,16 @@ impl Blocks<'_> {
         [first..hole.start, hole.end..end].into_iter().filter(|range| !range.is_empty()).collect()
     }
 
-    /// The whole recording, as one.
+    /// The whole recording as one range.
     pub fn whole(&self) -> Vec<Range<usize>> {
         std::iter::once(self.block(0).start..self.block(self.count - 1).end).collect()
     }
 
-    /// Fits each friction to all blocks but one and has it predict that one: a row a friction, a column a block.
+    /// Fits each friction to all blocks but one and predicts that one: a row for each friction, a column for each
+    /// block.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; a motion that does not tell mass and friction apart.
+    /// [`Error::Cancelled`]; a motion that does not determine mass and friction.
     pub fn cross_validate(
         &self,
         frictions: &[Friction],
@@ -191,7 +192,7 @@ impl Blocks<'_> {
         Ok(folds.chunks(self.count).map(<[Fold]>::to_vec).collect())
     }
 
-    /// One of them.
+    /// One fold.
     ///
     /// # Errors
     /// As [`cross_validate`](Self::cross_validate).
@@ -200,8 +201,8 @@ impl Blocks<'_> {
         Ok(Fold { fit, error: self.error(&fit, block, watch)? })
     }
 
-    /// Root mean square of the command's error of a fit in a block, without the first samples, which still know the state
-    /// that the simulation begins with.
+    /// Root mean square of the command's error of a fit in a block, without the first samples, which still depend on
+    /// the initial state of the simulation.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -225,7 +226,7 @@ impl Blocks<'_> {
         let stiffness = coulomb / (1e-4 * (ends[1] - ends[0]));
         let force = coulomb.abs();
         let mut best: Option<([f64; PARAMETERS], f64)> = None;
-        // A curve that rises from rest, and one that falls: from a level one there is no way to either.
+        // A curve that rises from rest, and one that falls: a search from a level curve finds neither.
         let starts: &[[f64; 2]] = if friction.has(1) { &[[0.8, 0.1], [1.3, 0.03]] } else { &[[1.0, 1.0]] };
         for &[rest, velocity] in starts {
             let side = [rest * coulomb, coulomb, velocity * fastest, viscous];
@@ -236,20 +237,20 @@ impl Blocks<'_> {
             let coarse =
                 Blocks { around: Loop { sub_steps: self.around.sub_steps.div_ceil(5), ..self.around }, ..*self };
             let stop = Stop { step: 1e-6, fall: 1e-5, evaluations: 40 };
-            let found = minimise(start, FREE, stop, |p| coarse.residuals(friction, force, p, stretches, watch))?;
-            if best.is_none_or(|(_, cost)| found.cost < cost) {
-                best = Some((found.parameters, found.cost));
+            let minimum = minimise(start, FREE, stop, |p| coarse.residuals(friction, force, p, stretches, watch))?;
+            if best.is_none_or(|(_, cost)| minimum.cost < cost) {
+                best = Some((minimum.parameters, minimum.cost));
             }
         }
         let (near, _) = best.expect("there is a start");
-        let found = minimise(near, FREE, NEAR, |p| self.residuals(friction, force, p, stretches, watch))?;
-        let mut parameters = found.parameters;
+        let minimum = minimise(near, FREE, NEAR, |p| self.residuals(friction, force, p, stretches, watch))?;
+        let mut parameters = minimum.parameters;
         parameters[OFFSET] = if friction.has(OFFSET) { force * libm::log(parameters[OFFSET]) } else { 0.0 };
         Ok(Fit { friction, parameters })
     }
 
-    /// Predicted minus recorded command over stretches, each simulated from its measured begin. The offset is searched by
-    /// its exponential in a unit of `force`, since it has a sign.
+    /// Predicted minus recorded command over stretches, each simulated from its measured start. The offset is searched
+    /// by its exponential in a unit of `force`, since it has a sign.
     fn residuals(
         &self,
         friction: Friction,
@@ -272,7 +273,7 @@ impl Blocks<'_> {
         Ok(residuals)
     }
 
-    /// What the whole recording says of a parameter of a fit to it, all others doing their best.
+    /// The profile of a parameter of a fit over the whole recording, with all others fitted again.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -291,7 +292,7 @@ impl Blocks<'_> {
         if friction.has(OFFSET) {
             searched[OFFSET] = libm::exp(fit.parameters[OFFSET] / force);
         }
-        // To the end of the coarse steps that the profile takes.
+        // To the end with the coarse steps of the profile.
         let stop = Stop { step: 1e-6, fall: 1e-6, evaluations: 30 };
         let best = minimise(searched, FREE, stop, residuals)?.parameters;
         let slopes = residuals(std::array::from_fn(|i| Dual::variable(best[i], i)))?;
@@ -301,26 +302,26 @@ impl Blocks<'_> {
     }
 }
 
-/// Which experiment would tell a parameter, for [`NAMES`].
+/// The experiment that would determine a parameter, for [`NAMES`].
 pub fn would_tell(parameter: usize) -> &'static str {
     match parameter {
-        0 => "Ask for stronger accelerations.",
-        1 | 3 | 5 | 7 => "Ask for slow strokes: constant speeds far below those recorded, and breakaway from rest.",
-        4 | 8 => "Ask for faster strokes.",
-        9 => "Ask for a frequency response of the drive.",
-        10 => "Ask for presliding: strokes of some micrometres around rest, slowly.",
-        11 => "Ask for presliding: strokes of some micrometres around rest, quickly.",
-        _ => "Ask for constant speeds in both directions.",
+        0 => "Record stronger accelerations.",
+        1 | 3 | 5 | 7 => "Record slow strokes: constant speeds far below those recorded, and breakaway from rest.",
+        4 | 8 => "Record faster strokes.",
+        9 => "Record a frequency response of the drive.",
+        10 => "Record presliding: slow strokes of some micrometres around rest.",
+        11 => "Record presliding: fast strokes of some micrometres around rest.",
+        _ => "Record constant speeds in both directions.",
     }
 }
 
 const FREE: [[f64; 2]; PARAMETERS] = [[0.0, f64::INFINITY]; PARAMETERS];
-/// Near the end stick makes the sum of squares rough: below 1e-4 of it a search only wanders.
+/// Near the end stick makes the sum of squares rough: below 1e-4 of it a search makes no progress.
 const NEAR: Stop = Stop { step: 1e-6, fall: 1e-4, evaluations: 10 };
 
 /// Variance of a parameter with the correlation of its residuals counted, over that by as many white ones.
 fn inflation(parameters: &[f64; PARAMETERS], residuals: &[Dual<PARAMETERS>], parameter: usize) -> f64 {
-    // Ten samples make a row, as for the standard errors of a fit.
+    // Ten samples are one row, as for the standard errors of a fit.
     const ROW: usize = 10;
     let free: Vec<usize> = (0..PARAMETERS).filter(|i| parameters[*i] > 0.0).collect();
     let slope = |residual: &Dual<PARAMETERS>, i: usize| residual.gradient[free[i]] * parameters[free[i]];

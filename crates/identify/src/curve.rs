@@ -10,7 +10,7 @@ pub struct FrictionCurve {
     pub points: Vec<CurvePoint>,
     /// Stretches of constant speed alone.
     pub plateaus: Vec<Plateau>,
-    /// Speed below which the low-pass mixes both directions, so that nothing is said [m/s or rad/s].
+    /// Speed below which the low-pass mixes both directions, so that there is no result [m/s or rad/s].
     pub slowest: f64,
 }
 
@@ -27,9 +27,9 @@ pub struct Plateau {
     pub samples: usize,
 }
 
-/// Bins a direction, evenly spaced in the logarithm of speed.
+/// Bins for each direction, evenly spaced in the logarithm of speed.
 const BINS: usize = 24;
-/// A bin that is crossed less often says nothing about its scatter.
+/// Fewest crossings of a bin for a scatter.
 const PASSES: usize = 3;
 
 /// One crossing of a bin, or one stretch of constant speed.
@@ -55,12 +55,12 @@ impl Pass {
 }
 
 impl FrictionCurve {
-    /// From a motion, without its first `skip` samples, and the inertia. `low_pass` [Hz] is the cut-off that the
-    /// motion went through.
+    /// From a motion, without its first `skip` samples, and the inertia. `low_pass` [Hz] is the cut-off of the motion's
+    /// low-pass.
     pub fn of(motion: &Motion, inertia: f64, low_pass: f64, skip: usize) -> Self {
         let range = skip..motion.samples();
         let fast = quantile(motion.acceleration[range.clone()].iter().map(|a| a.abs()).collect(), 0.99);
-        // Rise time of the low-pass, 0.34/f: so long a reversal reaches into the speeds around it.
+        // Rise time of the low-pass, 0.34/f: over this time a reversal affects the speeds around it.
         let slowest = fast * 0.34 / low_pass;
         let fastest = motion.velocity[range.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let bin = |i: usize| {
@@ -83,7 +83,7 @@ impl FrictionCurve {
             }
         }
         points.sort_by(|a, b| a.velocity.total_cmp(&b.velocity));
-        // Shorter than five periods of the cut-off is no plateau but a passing zero of the acceleration.
+        // Shorter than five periods of the cut-off it is not a plateau but a zero crossing of the acceleration.
         let shortest = (5.0 / (low_pass * motion.period)) as usize;
         let stretches = self::passes(range, steady, sample).into_iter().map(|p| p.1).filter(|p| p.samples >= shortest);
         FrictionCurve { points, plateaus: plateaus(stretches.collect()), slowest }
@@ -114,7 +114,7 @@ fn passes<K: PartialEq + Copy>(
     passes
 }
 
-/// Each pass is one observation: its samples follow each other too closely to be more.
+/// Each pass is one observation: its samples are correlated.
 fn summarise(passes: &[Pass]) -> Option<CurvePoint> {
     let n = passes.len() as f64;
     let means: Vec<(f64, f64)> = passes.iter().map(Pass::mean).collect();
@@ -124,7 +124,7 @@ fn summarise(passes: &[Pass]) -> Option<CurvePoint> {
     (passes.len() >= 2 && standard_error > 0.0).then_some(CurvePoint { velocity, torque, standard_error })
 }
 
-/// Stretches whose speeds lie within 5 % of each other belong to one plateau.
+/// Stretches whose speeds are within 5 % of each other belong to one plateau.
 fn plateaus(mut stretches: Vec<Pass>) -> Vec<Plateau> {
     stretches.sort_by(|a, b| a.mean().0.total_cmp(&b.mean().0));
     let mut plateaus = Vec::new();

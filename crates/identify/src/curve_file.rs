@@ -1,8 +1,8 @@
-//! A measured friction curve as a file: one row a constant speed, instead of one row a sample.
+//! A measured friction curve as a file: one row for each constant speed, instead of one row for each sample.
 //!
 //! Any table that [`Recording`] reads. Columns are found by name (`velocity`, `omega`, `torque`, `tau_median`, …) or
-//! named; a standard error weights the points. A standard *deviation* is none: it tells how much the samples scatter,
-//! not how well their mean is known, and samples that follow each other are not independent; it is left alone.
+//! named; a standard error weights the points. A standard *deviation* is ignored: it is the scatter of the samples, not
+//! the error of their mean, and consecutive samples are correlated.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use stickslip_base::units::{Dimension, measure, unfit};
 use stickslip_fit::CurvePoint;
 use stickslip_recording::{Column, Recording};
 
-/// Names of columns, where they are not to be found by themselves.
+/// Names of columns, instead of automatic detection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CurveColumns {
     /// Velocity, of either sign.
@@ -21,7 +21,7 @@ pub struct CurveColumns {
     pub torque: Option<String>,
     /// Standard error of the torque.
     pub standard_error: Option<String>,
-    /// Number that tells several curves in one file apart.
+    /// Number of the curve, for several curves in one file.
     pub group: Option<String>,
 }
 
@@ -30,9 +30,10 @@ pub struct CurveColumns {
 pub struct CurveFile {
     /// Rotary: rad/s and N m; linear: m/s and N.
     pub axis: Axis,
-    /// Whether standard errors were given; without, all points weigh the same and only ratios of errors mean anything.
+    /// Whether standard errors were stated; without them all points have the same weight, and only ratios of errors are
+    /// meaningful.
     pub weighted: bool,
-    /// One a group, in order of appearance.
+    /// One for each group, in order of appearance.
     pub curves: Vec<Curve>,
 }
 
@@ -47,7 +48,7 @@ pub struct Curve {
 
 const VELOCITY: &[&str] = &["velocity", "speed", "omega", "v", "w", "rpm", "drehzahl", "geschwindigkeit"];
 const TORQUE: &[&str] = &["torque", "friction", "tau", "force", "moment", "f", "m", "drehmoment", "reibung", "kraft"];
-/// Of these a force: without a unit the axis is linear.
+/// Names that mean a force: without a unit the axis is linear.
 const FORCE: &[&str] = &["force", "f", "kraft"];
 const STANDARD_ERROR: &[&str] = &["standard_error", "stderr", "se", "sem", "torque_se", "standardfehler"];
 const GROUP: &[&str] = &["joint", "group", "axis", "series", "curve", "achse"];
@@ -55,8 +56,8 @@ const GROUP: &[&str] = &["joint", "group", "axis", "series", "curve", "achse"];
 /// Reads friction curves.
 ///
 /// # Errors
-/// A file that is no table, lacks velocity or torque, or holds something else than finite numbers in them; units that
-/// do not fit each other; a standard error that is not positive.
+/// An invalid table, missing velocity or torque, a non-finite value in them; units that do not match; a standard error
+/// that is not positive.
 pub fn read_curves(path: &Path, columns: &CurveColumns) -> Result<CurveFile, Error> {
     curves(&Recording::read(path)?, columns)
 }
@@ -66,13 +67,13 @@ pub fn read_curves(path: &Path, columns: &CurveColumns) -> Result<CurveFile, Err
 /// # Errors
 /// As [`read_curves`].
 pub fn curves(table: &Recording, columns: &CurveColumns) -> Result<CurveFile, Error> {
-    // A name told must be there, and so must velocity and torque; what else is found by name may be missing.
-    let optional = |told: &Option<String>, words: &[&str]| match told {
+    // A column named by the user must exist, and so must velocity and torque; others are optional.
+    let optional = |choice: &Option<String>, words: &[&str]| match choice {
         Some(name) => table.column(name).map(Some),
-        None => found(table, words).map(|column| table.column(&column.name)).transpose(),
+        None => detect(table, words).map(|column| table.column(&column.name)).transpose(),
     };
-    let needed = |told: &Option<String>, words: &[&str]| {
-        optional(told, words)?.map_or_else(|| table.column(words[0]), Ok::<_, Error>)
+    let needed = |choice: &Option<String>, words: &[&str]| {
+        optional(choice, words)?.map_or_else(|| table.column(words[0]), Ok::<_, Error>)
     };
     let velocity = needed(&columns.velocity, VELOCITY)?;
     let torque = needed(&columns.torque, TORQUE)?;
@@ -89,7 +90,7 @@ pub fn curves(table: &Recording, columns: &CurveColumns) -> Result<CurveFile, Er
         let name = group.map_or(String::new(), |column| format!("{} {}", column.name, column.values[row]));
         let standard_error = standard_error.map_or(1.0, |column| column.values[row] * error_scale);
         if standard_error <= 0.0 {
-            let remedy = "Leave the column out, or give each point an error.";
+            let remedy = "Remove the column, or state an error for each point.";
             return Err(Error::CurvePoint { index: row, field: "standard_error", value: standard_error, remedy });
         }
         let point =
@@ -102,8 +103,8 @@ pub fn curves(table: &Recording, columns: &CurveColumns) -> Result<CurveFile, Er
     Ok(CurveFile { axis, weighted: standard_error.is_some(), curves })
 }
 
-/// The column whose whole name, or else its first word, is one of these; earlier words count more.
-fn found<'a>(table: &'a Recording, words: &[&str]) -> Option<&'a Column> {
+/// The column whose whole name, or else its first word, is one of these; earlier words have priority.
+fn detect<'a>(table: &'a Recording, words: &[&str]) -> Option<&'a Column> {
     let whole = |column: &Column| column.name.to_lowercase();
     let first = |column: &Column| {
         let name = whole(column);
@@ -118,15 +119,15 @@ fn found<'a>(table: &'a Recording, words: &[&str]) -> Option<&'a Column> {
 }
 
 /// Whether a column's first word is one of these.
-fn found_as(column: &Column, words: &[&str]) -> bool {
+fn starts_with_word(column: &Column, words: &[&str]) -> bool {
     let name = column.name.to_lowercase();
     words.contains(&name.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default())
 }
 
-/// Kind of axis by the units or, without any, by what the columns are called; and SI units in one of the velocity's.
+/// Kind of axis by the units or, without any, by the names of the columns; and SI units in one of the velocity's.
 fn speed(velocity: &Column, torque: &Column, table: &Recording) -> Result<(Axis, f64), Error> {
     let force = torque.unit.as_deref().and_then(measure).is_some_and(|(d, _)| d == Dimension::Force);
-    let force = force || torque.unit.is_none() && found_as(torque, FORCE);
+    let force = force || torque.unit.is_none() && starts_with_word(torque, FORCE);
     let Some(unit) = velocity.unit.as_deref() else {
         return Ok((if force { Axis::Linear } else { Axis::Rotary }, 1.0));
     };
@@ -161,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn joint_1_falls_at_a_poorly_known_velocity_and_joint_2_does_not_fall() {
+    fn joint_1_drops_at_an_uncertain_velocity_and_joint_2_does_not_drop() {
         let file = data("direct_drive_joint/friction_curve.csv");
         assert!(file.axis == Axis::Rotary && !file.weighted);
         let [one, two] = &file.curves[..] else { panic!("{} curves", file.curves.len()) };
@@ -187,7 +188,7 @@ mod tests {
             other => panic!("{other}"),
         }
         let [low, high] = positive.ci95[2];
-        assert!(high > 5.0 * low, "the Stribeck velocity is known within {low} … {high}");
+        assert!(high > 5.0 * low, "interval of the Stribeck velocity: {low} … {high}");
         for side in [Side::Positive, Side::Negative] {
             assert!(matches!(fit(two, side).drop, StribeckDrop::Absent { .. }), "{:?}", fit(two, side).drop);
         }
@@ -202,17 +203,17 @@ mod tests {
     }
 
     #[test]
-    fn parameters_that_a_curve_does_not_tell_are_unknown() {
+    fn parameters_that_a_curve_does_not_determine_are_unknown() {
         let points = &data("emps/friction_curve.csv").curves[0].points;
         let fit = fit_stribeck(points, &StribeckPlan { side: Side::Positive, ..StribeckPlan::default() }).unwrap();
-        // It rises degressively up to its end: level and slope of its fast branch are not told apart.
+        // It rises degressively up to its end: level and slope of its fast branch are not determined separately.
         assert!(fit.knows(0) && !fit.knows(1) && !fit.knows(3), "{:?}", fit.ci95);
         let lines: Vec<String> = fit.lines().map(|(_, estimate)| estimate.to_string()).collect();
         assert!(lines[0].contains('±') && lines[1] == "unknown" && lines[3] == "unknown", "{lines:?}");
     }
 
     #[test]
-    fn units_say_what_kind_of_axis_it_is() {
+    fn units_determine_the_kind_of_axis() {
         let linear = parse("speed [mm/s],friction [N],standard_error\n10,20,0.5\n-10,-21,0.5\n").unwrap();
         assert!(linear.axis == Axis::Linear && linear.weighted);
         assert_eq!(linear.curves[0].points[1], CurvePoint { velocity: -0.01, torque: -21.0, standard_error: 0.5 });
@@ -231,8 +232,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_curve_is_refused_with_its_place() {
-        for (text, says) in [
+    fn an_invalid_curve_is_refused_with_its_place() {
+        for (text, expected) in [
             ("omega,x\n1,2\n", "no column `torque` among omega, x"),
             ("omega [rad/s],torque [N]\n1,2\n", "curve.csv: column `torque`: unit \"N\""),
             ("omega [kg],torque\n1,2\n", "curve.csv: column `omega`: unit \"kg\""),
@@ -240,7 +241,7 @@ mod tests {
             ("omega,torque\n1,x\n", "curve.csv:2: column `torque`"),
         ] {
             let error = parse(text).unwrap_err().to_string();
-            assert!(error.contains(says), "{error}");
+            assert!(error.contains(expected), "{error}");
         }
     }
 }

@@ -1,33 +1,33 @@
-//! What only an identification can fail of.
+//! Errors of an identification.
 
 use std::path::PathBuf;
 
-/// A failure of an identification, beside those that every crate has.
+/// A failure of an identification, besides the common ones.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
-    /// A machine file that is not one.
+    /// An invalid machine file.
     #[error("{}: {message}", path.display())]
     MachineFile {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// Place and reason.
         message: String,
     },
-    /// A number of the machine file that cannot be.
+    /// An invalid number of the machine file.
     #[error("{}: {field} = {value} {remedy}", path.display())]
     MachineValue {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// Its key.
         field: &'static str,
-        /// As given.
+        /// Its value.
         value: f64,
-        /// What it should be.
+        /// Allowed values.
         remedy: &'static str,
     },
-    /// A recording that was not sampled as the machine file says.
-    #[error("{}: its period is {found:.6e} s, the machine file says {expected:.6e} s. Correct `sampling_period`, or resample.", path.display())]
+    /// A recording with another sampling period than the machine file.
+    #[error("{}: its period is {found:.6e} s, but {expected:.6e} s in the machine file. Correct `sampling_period`, or resample.", path.display())]
     OtherPeriod {
         /// The recording.
         path: PathBuf,
@@ -36,24 +36,24 @@ pub enum IdentifyError {
         /// The machine's [s].
         expected: f64,
     },
-    /// A column whose unit is given twice, and differently.
-    #[error("{place}: the machine file says [{told}], the header says [{header}]. Correct one of them.")]
+    /// A column with two different units.
+    #[error("{place}: the unit is [{told}] in the machine file, but [{header}] in the header. Correct one of them.")]
     TwoUnits {
-        /// Whose unit.
+        /// The column.
         place: String,
-        /// In the machine file.
+        /// Unit in the machine file.
         told: String,
-        /// In the recording.
+        /// Unit in the recording.
         header: String,
     },
-    /// A result that no machine has.
+    /// An implausible result.
     #[error("{what} is {value:.4e}. {remedy}")]
     Implausible {
-        /// Of what.
+        /// The quantity.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
 }

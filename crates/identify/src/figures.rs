@@ -1,4 +1,4 @@
-//! Figures of an identification: friction over speed, and what the recording and its prediction have in common.
+//! Figures of an identification: friction over speed, and recording and prediction over time.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use stickslip_base::figure::{Axis as FigureAxis, Figure, Role, Series};
 use stickslip_base::quantity::NORMAL95;
 use stickslip_fit::{CurvePoint, LinearFit};
 
-/// Points of a drawn curve in each direction.
+/// Points of a curve in each direction.
 const POINTS: usize = 200;
 
 impl Identification {
@@ -19,16 +19,20 @@ impl Identification {
         let (which, error) = match &best.unseen {
             Some(_) => (
                 "The second half of the recording, simulated in the closed loop by the fit to the first: the simulation \
-                 gets the reference alone, neither the recorded command nor the recorded motion.",
-                format!("On unseen halves the best model misses {} of the command.", percent(best.held_out)),
+                 uses only the reference, neither the recorded command nor the recorded motion.",
+                format!("The error of the best model on unseen halves is {} of the command.", percent(best.held_out)),
             ),
             None => (
-                "The second half of the recording; the model gets the recorded motion alone.",
-                format!("On unseen halves the best model misses {} of the {}.", percent(best.held_out), self.force().0),
+                "The second half of the recording; the model uses only the recorded motion.",
+                format!(
+                    "The error of the best model on unseen halves is {} of the {}.",
+                    percent(best.held_out),
+                    self.force().0
+                ),
             ),
         };
         let friction = format!(
-            "What is left of the drive {} without inertia: means over bins of speed while the axis speeds up or slows \
+            "Drive {} minus inertia: means over bins of speed while the axis speeds up or slows \
              down, and over stretches of constant speed, with bars of 1.96 standard errors. The band is that of Coulomb \
              and viscous friction; the best model is {}.",
             self.force().0,
@@ -37,7 +41,7 @@ impl Identification {
         [
             ("figure-friction.svg", self.friction_figure(), friction),
             ("figure-prediction.svg", self.prediction_figure(), which.into()),
-            ("figure-error.svg", self.error_figure(), format!("What is left of the same stretch. {error}")),
+            ("figure-error.svg", self.error_figure(), format!("Residual of the same stretch. {error}")),
         ]
     }
 
@@ -58,7 +62,7 @@ impl Identification {
         Figure::new("Friction over velocity")
             .x(velocity)
             .y(FigureAxis::new(format!("friction {quantity}"), unit))
-            .interval(-curve.slowest, curve.slowest, "too slow to tell")
+            .interval(-curve.slowest, curve.slowest, "too slow")
             .series(Series::bars(Role::Measured, "changing speed", points))
             .series(Series::bars(Role::Reference, "constant speed", plateaus))
             .series(Series::band(Role::Trace(1), "95 %", band().map(|[v, low, _, high]| (v, low, high))))
@@ -92,7 +96,7 @@ impl Identification {
         self.best().unseen.as_ref().map_or(samples / 2..samples, |run| run.range.clone())
     }
 
-    /// Title, quantity and unit of what the best model predicts.
+    /// Title, quantity and unit of the prediction of the best model.
     fn predicted_quantity(&self) -> (&'static str, &'static str, &'static str) {
         let (quantity, unit) = self.force();
         match self.best().unseen {
@@ -114,7 +118,7 @@ impl Identification {
         Some([time, self.signals.command[sample], *predicted])
     }
 
-    /// What friction is called, and its unit.
+    /// Name of the friction force or torque, and its unit.
     pub(super) fn force(&self) -> (&'static str, &'static str) {
         match self.axis {
             Axis::Linear => ("force", "N"),
@@ -137,7 +141,7 @@ fn grid(fastest: f64) -> impl Iterator<Item = f64> {
 fn asymmetric(fit: &LinearFit, velocity: f64) -> [f64; 4] {
     let weights = if velocity > 0.0 { [0.0, velocity, 1.0, 0.0, 0.0] } else { [0.0, 0.0, 0.0, velocity, -1.0] };
     let force: f64 = fit.coefficients.iter().zip(&weights).map(|(c, w)| c * w).sum();
-    // The interval of a coefficient tells how many standard errors make 95 %.
+    // The interval of a coefficient determines how many standard errors make 95 %.
     let critical = 0.5 * (fit.ci95[1][1] - fit.ci95[1][0]) / fit.standard_errors[1];
     let half_width = critical * fit.variance(&weights).sqrt();
     [velocity, force - half_width, force, force + half_width]
@@ -160,14 +164,14 @@ mod tests {
     }
 
     #[test]
-    fn the_half_that_is_shown_was_predicted_by_a_fit_that_did_not_see_it() {
+    fn the_half_in_the_figure_is_predicted_by_a_fit_to_the_other_half() {
         let (samples, unseen) = (emps().1.rows(), found().unseen());
         assert_eq!(unseen, samples / 2..samples);
         let rows: Vec<_> = unseen.clone().filter_map(|i| found().compared(i)).collect();
         assert_eq!(rows.len(), unseen.len());
         let norm = |f: &dyn Fn(&[f64; 3]) -> f64| rows.iter().map(|r| f(r).powi(2)).sum::<f64>().sqrt();
         let error = norm(&|r| r[1] - r[2]) / norm(&|r| r[1]);
-        // The other half of the mean is that of the first half by the second: 20 % is far more than they differ.
+        // The other half of the mean is that of the first half by the second: 20 % is far more than their difference.
         assert!((error / found().best().held_out - 1.0).abs() < 0.2, "{error} {}", found().best().held_out);
         let whole = found().closed_loop.as_ref().expect("the controller is known");
         assert!(rows.iter().zip(&whole.command[unseen.start - whole.range.start..]).any(|(row, all)| row[2] != *all));

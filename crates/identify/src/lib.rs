@@ -1,9 +1,9 @@
-//! From a recording of an axis to its inertia and friction, with what is known of their errors.
+//! Inertia and friction of an axis from a recording, with their errors.
 //!
-//! Two views of the same recording. The balance of forces is linear and needs no start values; it gives inertia,
+//! Two methods for the same recording. The balance of forces is linear and requires no start values; it gives inertia,
 //! Coulomb and viscous friction and the friction curve. Where the controller is known, the closed loop is simulated and
-//! richer models are fitted to the recorded command. Which model is best is decided on samples that its fit has not
-//! seen, by [`choose`]. Published values of the machine file take no part in any of it.
+//! richer models are fitted to the recorded command. The best model is selected on samples that its fit did not use, by
+//! [`choose`]. Published values of the machine file are not used.
 #![forbid(unsafe_code)]
 
 mod axis;
@@ -47,26 +47,26 @@ use stickslip_base::{Error, Watch};
 use stickslip_fit::{Choice, Side, StribeckFit, StribeckPlan, choose, fit_stribeck};
 use stickslip_recording::Recording;
 
-/// All that a recording tells about its axis.
+/// Result of the identification of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
-    /// Linear or rotary: which units the numbers have.
+    /// Linear or rotary: determines the units.
     pub axis: Axis,
-    /// Whether the axis lifts, and what.
+    /// Lifted mass of a vertical axis.
     pub lift: Option<Lift>,
     /// One Coulomb and viscous friction for both directions, and an offset.
     pub symmetric: Symmetric,
-    /// One a direction.
+    /// One friction for each direction.
     pub asymmetric: Asymmetric,
     /// Friction over speed.
     pub curve: FrictionCurve,
     /// Stribeck fit of the curve for positive and for negative velocity; none where it has fewer than five points.
     pub stribeck: [Option<StribeckFit>; 2],
-    /// Models of rising richness, each judged on samples that it has not seen.
+    /// Models of rising richness, each judged on samples that its fit did not use.
     pub candidates: Vec<Candidate>,
-    /// Which of them predicts best there, and which is to be used: a richer one only where it does better beyond chance.
+    /// The best model, and the one to use: a richer one only where it is significantly better.
     pub choice: Choice,
-    /// What the best one would have done over the whole recording; none where the controller is unknown.
+    /// Closed loop of the best model over the whole recording; none where the controller is unknown.
     pub closed_loop: Option<ClosedLoop<f64>>,
     /// SI unit of the command.
     pub command_unit: &'static str,
@@ -76,7 +76,7 @@ pub struct Identification {
     pub motion: Motion,
 }
 
-/// What a vertical axis holds.
+/// Load of a vertical axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lift {
     /// Lifted mass, where it is known [kg].
@@ -86,8 +86,8 @@ pub struct Lift {
 /// Identifies an axis from a recording.
 ///
 /// # Errors
-/// Whatever keeps the recording from being read as the machine file says, too short a recording, a motion that does
-/// not tell the parameters apart, or an inertia that is not positive; [`Error::Cancelled`].
+/// A recording that does not match the machine file or is too short, a motion that does not determine the parameters,
+/// an inertia that is not positive; [`Error::Cancelled`].
 pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Result<Identification, Error> {
     watch.stage("balance of forces", 0.0)?;
     let signals = machine.signals(recording)?;
@@ -95,7 +95,7 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
     let (samples, recipe) = (motion.samples(), machine.recipe);
     let needed = 2 * (recipe.skip + 30 * recipe.decimation);
     if samples < needed {
-        let remedy = "Record longer: two halves, so that one can judge what the other says.";
+        let remedy = "Record longer: two halves, so that one validates the other.";
         return Err(Error::TooFew { what: "samples in the recording", found: samples, needed, remedy });
     }
     let symmetric = Symmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
@@ -141,19 +141,19 @@ impl Identification {
         &self.candidates[self.choice.chosen]
     }
 
-    /// How much greater the squared error of a candidate is than the smallest, in per cent of that and with its 95 %
-    /// interval, on samples that no fit has seen; none for the one with the smallest.
+    /// How much greater the squared error of a candidate is than the smallest, in per cent of it and with its 95 %
+    /// interval, on samples that no fit used; none for the one with the smallest.
     pub fn behind(&self, candidate: usize) -> Option<Estimate> {
         let [share, half_width] = self.choice.share_behind(candidate)?;
         Some(Estimate::new(100.0 * share, "%").with_half_width(100.0 * half_width))
     }
 
-    /// Weight of the lifted mass [N], and what the constant force has besides; only where both are known.
+    /// Weight of the lifted mass [N], and the rest of the constant force; only where both are known.
     pub fn weight(&self) -> Option<[f64; 2]> {
         /// Standard acceleration of free fall [m/s²].
         const GRAVITY: f64 = 9.80665;
         let mass = self.lift.filter(|_| self.axis == Axis::Linear)?.mass?;
-        // Which way is up, the sign of the constant force tells.
+        // The sign of the constant force determines the upward direction.
         let offset = self.symmetric.fit.coefficients[3];
         let weight = (GRAVITY * mass).copysign(offset);
         Some([weight, offset - weight])
@@ -164,7 +164,7 @@ impl Identification {
         self.stribeck.iter().all(|fit| fit.as_ref().is_some_and(|f| f.drop.is_identified()))
     }
 
-    /// The verdict on a Stribeck drop in words, for positive and for negative velocity.
+    /// The verdict on a Stribeck drop for positive and for negative velocity.
     pub fn stribeck_verdicts(&self) -> [String; 2] {
         let too_few = || "fewer than five speeds: no Stribeck drop is identifiable; record more".to_owned();
         self.stribeck.each_ref().map(|fit| fit.as_ref().map_or_else(too_few, |f| f.drop.to_string()))

@@ -1,4 +1,4 @@
-//! What a recording cannot tell, why, and what would help.
+//! Limits of a recording, their causes and remedies.
 
 use super::results::unit;
 use super::{CLOSED_LOOP, Identification};
@@ -6,7 +6,7 @@ use stickslip_base::quantity::{Estimate, number, tied};
 use stickslip_fit::{StribeckDrop, StribeckFit};
 
 impl Identification {
-    /// What no analysis of this recording can know, why, and what would help; a sentence or two each.
+    /// Quantities that no analysis of this recording can determine, with cause and remedy; a sentence or two each.
     pub fn limits(&self) -> Vec<String> {
         let unit = |name| unit(self.axis, name);
         let sides = ["positive", "negative"].into_iter().zip(&self.stribeck);
@@ -14,7 +14,7 @@ impl Identification {
         let mut limits: Vec<String> = sides.filter_map(verdict).collect();
         limits.push(format!(
             "Friction below {}: the axis reverses so fast that the low-pass mixes both directions there. Slow strokes \
-             would tell.",
+             would determine it.",
             tied(&Estimate::new(self.curve.slowest, unit("velocity")))
         ));
         limits.push(self.constant_force());
@@ -22,8 +22,8 @@ impl Identification {
         let bristles = self.best().refined.as_ref().and_then(|fit| fit.ci95.get(index).zip(fit.parameters.get(index)));
         if let Some(([low, high], stiffness)) = bristles.filter(|([low, high], _)| *high > 2.0 * low) {
             limits.push(format!(
-                "The stiffness of presliding: {} is known within a factor of {} only. Strokes of some micrometres \
-                 around rest would tell.",
+                "The stiffness of presliding: {} is uncertain by a factor of {}. Strokes of some micrometres \
+                 around rest would determine it.",
                 tied(&Estimate::new(*stiffness, unit("stiffness"))),
                 number((high / low).sqrt(), 1)
             ));
@@ -32,7 +32,7 @@ impl Identification {
         limits
     }
 
-    /// What a constant force may be.
+    /// Possible causes of a constant force.
     fn constant_force(&self) -> String {
         let force = |value| tied(&Estimate::new(value, unit(self.axis, "offset")));
         let offset = force(self.symmetric.fit.coefficients[3]);
@@ -48,8 +48,8 @@ impl Identification {
                 force(weight)
             ),
             (Some(_), None) => format!(
-                "Which part of the constant force of {offset} is weight. Give the machine file lifted_mass, if it is \
-                 known; Coulomb friction is taken as alike both ways on average."
+                "Which part of the constant force of {offset} is weight. State lifted_mass in the machine file if it is \
+                 known; Coulomb friction is assumed to be equal in both directions on average."
             ),
         }
     }
@@ -70,7 +70,7 @@ fn stribeck(side: &str, fit: Option<&StribeckFit>, force: &str, velocity: &str) 
             percent(probability)
         ),
         Some(StribeckDrop::OutsideSpeeds { stribeck_velocity, slowest: [slowest, _] }) => format!(
-            "a drop would lie at {}, and the slowest speed is {}. Measure slower.",
+            "a drop would be at {}, but the slowest speed is {}. Measure at slower speeds.",
             tied(&Estimate::new(stribeck_velocity, velocity)),
             tied(&Estimate::new(slowest, velocity))
         ),
@@ -89,13 +89,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_verdict_says_why_and_only_a_drop_needs_no_words() {
-        let says = |drop| {
+    fn every_verdict_but_a_drop_has_a_reason() {
+        let limit_of = |drop| {
             let mut fit = found().stribeck[0].clone().unwrap();
             fit.drop = drop;
             stribeck("positive", Some(&fit), "N", "m/s")
         };
-        assert_eq!(says(StribeckDrop::Identified { drop: 1.0, ci95: [0.5, 1.5] }), None);
+        assert_eq!(limit_of(StribeckDrop::Identified { drop: 1.0, ci95: [0.5, 1.5] }), None);
         for (drop, why) in [
             (StribeckDrop::Absent { breakaway: 15.47 }, "rises from 15.47 N"),
             (StribeckDrop::Insignificant { drop: 1.0, probability: 0.3 }, "a drop of 1.000 N may be chance"),
@@ -104,7 +104,7 @@ mod tests {
                 "slowest speed is 0.05000 m/s",
             ),
         ] {
-            let text = says(drop).unwrap().replace('\u{a0}', " ");
+            let text = limit_of(drop).unwrap().replace('\u{a0}', " ");
             assert!(text.contains(why), "{text}");
         }
         assert!(stribeck("negative", None, "N", "m/s").unwrap().contains("fewer than five speeds"));

@@ -1,4 +1,4 @@
-//! What is known of the machine that was recorded: a TOML file beside the recording.
+//! Description of the recorded machine: a TOML file for the recording.
 //!
 //! Columns and their units, the drive from command to force, controller, recipe. Linear axes are identified in kg and
 //! N, rotary ones in kg m² and N m; the equations are the same. [`guess`] proposes a file for a recording.
@@ -24,7 +24,7 @@ use stickslip_base::units::{Dimension, Quantity};
 /// A machine file, checked, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
-    /// For people.
+    /// Name for reports.
     pub name: String,
     /// How it moves.
     pub axis: Axis,
@@ -38,31 +38,31 @@ pub struct Machine {
     pub gear_ratio: f64,
     /// Smallest step of the position [m or rad].
     pub encoder_grid: Option<f64>,
-    /// Moving mass or inertia, rotor included, where it is known and need not be found [kg or kg m²].
+    /// Moving mass or inertia, rotor included, if known [kg or kg m²]; identified otherwise.
     pub inertia: Option<f64>,
-    /// Whether the axis lifts: its offset is then a weight, and no difference between two frictions.
+    /// Whether the axis lifts: its offset is then a weight, not a difference between two frictions.
     pub vertical: bool,
-    /// What is lifted [kg].
+    /// Lifted mass [kg].
     pub lifted_mass: Option<f64>,
-    /// Which column is what.
+    /// Roles of the columns.
     pub columns: Columns,
     /// Unit of the command in the recording.
     pub drive: Drive,
     /// Force or torque on the axis per command in its SI unit [N/V, N m/A, …].
     pub gain: f64,
-    /// What closes the loop.
+    /// The controller.
     pub controller: Controller,
-    /// A servo that swings a pendulum, recorded in several runs; drive and controller are then its own.
+    /// A servo that swings a pendulum, recorded in several runs; it has its own drive and controller.
     pub pendulum: Option<Pendulum>,
-    /// How the recording is treated before the least squares.
+    /// Preprocessing of the recording for the least squares.
     pub recipe: Recipe,
-    /// Results of others, `[value, standard deviation]` by table and name: shown, never used.
+    /// Results of others, `[value, standard deviation]` by table and name: shown, but not used.
     pub published: BTreeMap<String, BTreeMap<String, Vec<f64>>>,
-    /// The file as it was read, for reports.
+    /// Text of the file, for reports.
     pub text: String,
 }
 
-/// How the machine moves.
+/// Kind of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
@@ -72,17 +72,17 @@ pub enum Axis {
     Rotary,
 }
 
-/// Which column is what.
+/// Roles of the columns.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Columns {
-    /// Time of the sample; without it the sampling period counts.
+    /// Time of the sample; default: the sampling period.
     pub time: Option<Channel>,
     /// Measured position.
     pub position: Channel,
-    /// Measured velocity, where it is better than differences of the position.
+    /// Measured velocity, if it is better than differences of the position.
     pub velocity: Option<Channel>,
-    /// Position of the motor, where `position` is that of the load: their difference tells of twist and backlash.
+    /// Position of the motor, where `position` is that of the load: their difference shows twist and backlash.
     pub motor_position: Option<Channel>,
     /// Reference position; needed to predict the closed loop.
     pub reference: Option<Channel>,
@@ -96,19 +96,19 @@ pub struct Columns {
     pub enabled: Option<Channel>,
 }
 
-/// A column and its unit; the unit may stand in the header instead.
+/// A column and its unit; the unit may be in the header instead.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Channel {
-    /// As in the header.
+    /// Name in the header.
     pub name: String,
-    /// As in the [table of units](stickslip_base::units).
+    /// A unit of the [table of units](stickslip_base::units).
     pub unit: Option<String>,
-    /// For `counts`: how many a turn has.
+    /// For `counts`: counts in a turn.
     pub counts_per_rev: Option<f64>,
-    /// Register that holds a signed number without its sign, 65536 for 16 bits: from half of it on values are negative.
+    /// Number of values of an unsigned register, 65536 for 16 bits: values from half of it on are negative.
     pub wraps: Option<f64>,
-    /// Where an angle is measured, before or behind the gear.
+    /// Side of the gear where an angle is measured.
     #[serde(default)]
     pub at: Place,
 }
@@ -148,7 +148,7 @@ pub struct Cascade {
     pub limit: f64,
 }
 
-/// How the recording is treated before the least squares.
+/// Preprocessing of the recording for the least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Recipe {
@@ -156,7 +156,7 @@ pub struct Recipe {
     pub low_pass: f64,
     /// Its order.
     pub order: usize,
-    /// One row of so many is kept, after a low-pass of all columns.
+    /// Decimation: one row of this number is used, after a low-pass of all columns.
     pub decimation: usize,
     /// Samples dropped at the start.
     pub skip: usize,
@@ -168,7 +168,7 @@ impl Default for Recipe {
     }
 }
 
-/// The file as written.
+/// Contents of the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -200,7 +200,7 @@ impl Machine {
     /// Reads and checks a machine file.
     ///
     /// # Errors
-    /// A file that cannot be read, is no machine file, or holds values that cannot be.
+    /// A file that cannot be read, an invalid machine file, or invalid values.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::parse(path, &std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?)
     }
@@ -220,7 +220,7 @@ impl Machine {
         let chain = drive::Chain { axis: file.axis, screw_lead, gear_ratio };
         let (drive, gain) = match &file.pendulum {
             None => chain.drive(&file.drive, file.columns.command.unit.as_deref(), path)?,
-            // The command is a duty, and what it makes is to be found.
+            // The command is a duty cycle, whose torque is identified.
             Some(_) => (Drive { command: Dimension::Share, unit: "1".into(), limit: None }, 1.0),
         };
         let machine = Machine {
@@ -285,7 +285,7 @@ impl Machine {
                 "on the axis must be a finite force per command; its sign is that of the motion.",
             );
         }
-        // The filter's continuation is 3·(order + 1) samples, and orders beyond 10 are a slip of the pen.
+        // The filter's continuation is 3·(order + 1) samples, and orders above 10 are typing errors.
         if self.recipe.order > 10 {
             return refuse("recipe.order", self.recipe.order as f64, "is more than 10; 4 is usual.");
         }
@@ -294,7 +294,7 @@ impl Machine {
 }
 
 impl Columns {
-    /// Those that measure where something is.
+    /// Columns of positions.
     fn positions(&self) -> impl Iterator<Item = (&'static str, &Channel)> {
         let all = [
             ("columns.position.counts_per_rev", Some(&self.position)),
@@ -306,7 +306,7 @@ impl Columns {
 }
 
 impl Axis {
-    /// What its position measures.
+    /// Dimension of its position.
     pub fn position(self) -> Dimension {
         match self {
             Axis::Linear => Dimension::Length,
@@ -314,7 +314,7 @@ impl Axis {
         }
     }
 
-    /// What its velocity measures.
+    /// Dimension of its velocity.
     pub fn velocity(self) -> Dimension {
         match self {
             Axis::Linear => Dimension::Velocity,
@@ -322,7 +322,7 @@ impl Axis {
         }
     }
 
-    /// What resists its acceleration.
+    /// Dimension of its inertia.
     pub fn inertia(self) -> Dimension {
         match self {
             Axis::Linear => Dimension::Mass,

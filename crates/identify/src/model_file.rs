@@ -1,7 +1,7 @@
-//! `model.toml`: what was identified, and the same as a preset of the virtual bench.
+//! `model.toml`: the identified model, and the same as a preset of the virtual bench.
 //!
-//! The table `[identified]` is the model itself, in the units of the axis: [`read_model`] takes it. The rest is an
-//! ordinary preset, with everything referred to the screw, so that each command that takes a preset takes this file.
+//! The table `[identified]` is the model itself, in the units of the axis, for [`read_model`]. The rest is an ordinary
+//! preset, with all values referred to the screw, so that each command that accepts a preset accepts this file.
 
 use crate::IdentifyError;
 use std::fmt::Write;
@@ -20,9 +20,9 @@ use stickslip_base::{Error, Preset};
 use stickslip_base::parameters::IDENTIFIED as TABLE;
 
 /// The text of `model.toml`: the best model.
-pub fn model_toml(found: &Identification, machine: &Machine) -> String {
-    let AxisModel { inertia, positive, negative, offset, lag, bristles } = &found.best().model;
-    let unit = |name| results::unit(found.axis, name);
+pub fn model_toml(result: &Identification, machine: &Machine) -> String {
+    let AxisModel { inertia, positive, negative, offset, lag, bristles } = &result.best().model;
+    let unit = |name| results::unit(result.axis, name);
     let mut text = format!(
         "# {}, identified by stickslip {}. SI units.\n#\n# The same on the screw, as a preset of the virtual bench.\n# \
          There both directions share one shape of the curve, and inertia is split 1 : 2 between motor and load.\n",
@@ -30,7 +30,7 @@ pub fn model_toml(found: &Identification, machine: &Machine) -> String {
         env!("CARGO_PKG_VERSION")
     );
     let mut line = |arguments: std::fmt::Arguments<'_>| writeln!(text, "{arguments}").expect("a string takes all");
-    for difference in parameters::diff(&Preset::default(), &preset(found, machine)) {
+    for difference in parameters::diff(&Preset::default(), &preset(result, machine)) {
         let Some(entry) = difference.after else { continue };
         match entry.value {
             Value::Number(value) if entry.field.unit == "1" => line(format_args!("{} = {value:?}", entry.path)),
@@ -38,10 +38,10 @@ pub fn model_toml(found: &Identification, machine: &Machine) -> String {
             Value::Variant(name) => line(format_args!("{} = {name:?}", entry.path)),
         }
     }
-    line(format_args!("\n# What `stickslip validate` simulates.\n[{TABLE}]"));
+    line(format_args!("\n# Model for `stickslip validate`.\n[{TABLE}]"));
     line(format_args!("machine = {:?}", machine.name));
-    line(format_args!("axis = \"{}\"", if found.axis == Axis::Linear { "linear" } else { "rotary" }));
-    line(format_args!("kind = {:?}", found.best().kind.name()));
+    line(format_args!("axis = \"{}\"", if result.axis == Axis::Linear { "linear" } else { "rotary" }));
+    line(format_args!("kind = {:?}", result.best().kind.name()));
     line(format_args!("inertia = {inertia:?} # {}", unit("mass")));
     line(format_args!("offset = {offset:?} # {}, against positive motion", unit("offset")));
     line(format_args!("lag = {lag:?} # s, of the drive"));
@@ -62,12 +62,12 @@ pub fn model_toml(found: &Identification, machine: &Machine) -> String {
     text
 }
 
-/// A model that was read back.
+/// A model from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifiedModel {
-    /// Of which machine.
+    /// Name of the machine.
     pub machine: String,
-    /// Which units the numbers have.
+    /// Kind of axis, which determines the units.
     pub axis: Axis,
     /// The model.
     pub model: AxisModel<f64>,
@@ -125,45 +125,44 @@ impl Side {
 /// Reads the table `[identified]` of a `model.toml`.
 ///
 /// # Errors
-/// A file that cannot be read or has no such table, or a number in it that no machine has.
+/// A file that cannot be read or has no such table, or an invalid number in it.
 pub fn read_model(path: &Path) -> Result<IdentifiedModel, Error> {
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
     let wrong = |message: String| IdentifyError::MachineFile { path: path.to_owned(), message };
     let file: File = toml::from_str(&text).map_err(|e| wrong(e.to_string()))?;
-    let Some(found) = file.identified else {
-        return Err(wrong(format!(
-            "there is no table [{TABLE}] in it. Give the model.toml that `stickslip identify` wrote."
-        ))
-        .into());
+    let Some(table) = file.identified else {
+        return Err(
+            wrong(format!("missing table [{TABLE}]. Give the model.toml that `stickslip identify` wrote.")).into()
+        );
     };
-    let bristles = found.bristles.as_ref();
+    let bristles = table.bristles.as_ref();
     let mut positive =
-        vec![("inertia", found.inertia), ("positive.stribeck_velocity", found.positive.stribeck_velocity)];
-    positive.push(("negative.stribeck_velocity", found.negative.stribeck_velocity));
+        vec![("inertia", table.inertia), ("positive.stribeck_velocity", table.positive.stribeck_velocity)];
+    positive.push(("negative.stribeck_velocity", table.negative.stribeck_velocity));
     positive.extend(bristles.map(|b| ("bristles.stiffness", b.stiffness)));
     positive.extend(bristles.map(|b| ("bristles.damping_velocity", b.damping_velocity)));
-    let finite = [found.offset, found.positive.breakaway, found.positive.coulomb, found.positive.viscous];
-    let finite = finite.into_iter().chain([found.negative.breakaway, found.negative.coulomb, found.negative.viscous]);
+    let finite = [table.offset, table.positive.breakaway, table.positive.coulomb, table.positive.viscous];
+    let finite = finite.into_iter().chain([table.negative.breakaway, table.negative.coulomb, table.negative.viscous]);
     if let Some((name, value)) = positive.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
         return Err(wrong(format!("{TABLE}.{name} = {value} must be positive.")).into());
     }
     if let Some(value) = finite.into_iter().find(|value| !value.is_finite()) {
-        return Err(wrong(format!("[{TABLE}] holds {value}. Identify again, or mend the number.")).into());
+        return Err(wrong(format!("[{TABLE}] contains {value}. Identify again, or correct the number.")).into());
     }
-    if !(found.lag.is_finite() && found.lag >= 0.0) {
-        return Err(wrong(format!("{TABLE}.lag = {} must be 0 or positive.", found.lag)).into());
+    if !(table.lag.is_finite() && table.lag >= 0.0) {
+        return Err(wrong(format!("{TABLE}.lag = {} must be 0 or positive.", table.lag)).into());
     }
     let model = AxisModel {
-        inertia: found.inertia,
-        positive: found.positive.curve(),
-        negative: found.negative.curve(),
-        offset: found.offset,
-        lag: found.lag,
+        inertia: table.inertia,
+        positive: table.positive.curve(),
+        negative: table.negative.curve(),
+        offset: table.offset,
+        lag: table.lag,
         bristles: bristles.map(|b| Bristles {
             stiffness: b.stiffness,
             damping: b.damping,
             damping_velocity: b.damping_velocity,
         }),
     };
-    Ok(IdentifiedModel { machine: found.machine, axis: found.axis, model })
+    Ok(IdentifiedModel { machine: table.machine, axis: table.axis, model })
 }

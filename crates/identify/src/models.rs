@@ -1,4 +1,4 @@
-//! The candidates, from a rigid body to bristles, each fitted and then judged on what it has not seen.
+//! The candidates, from a rigid body to bristles, each fitted and validated on other samples.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -11,11 +11,12 @@ use super::rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 use crate::machine::Recipe;
 use stickslip_base::{Error, Watch};
 
-/// Name of the stage that takes longest.
+/// Name of the longest stage.
 const FIT: &str = "fit models in the closed loop";
 
-/// Contiguous blocks of a half in which models are compared. A block is long against what residuals remember, and eight of
-/// them tell how much chance there is in a difference; more fits would tell little more, and take the time.
+/// Contiguous blocks of a half in which models are compared. A block is long compared with the correlation of the
+/// residuals, and eight of them give the chance of a difference; more fits would take longer with little more
+/// information.
 const BLOCKS: usize = 4;
 
 /// How rich a model is.
@@ -23,16 +24,16 @@ const BLOCKS: usize = 4;
 pub enum Kind {
     /// Coulomb and viscous friction, the same both ways, and an offset.
     Symmetric,
-    /// Coulomb and viscous friction a direction.
+    /// Coulomb and viscous friction for each direction.
     Asymmetric,
-    /// A Stribeck curve a direction, true stick, a lag of the drive.
+    /// A Stribeck curve for each direction, true stick, a lag of the drive.
     Stribeck,
     /// The same with bristles instead of stick.
     Lugre,
 }
 
 impl Kind {
-    /// As in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Symmetric => "symmetric",
@@ -42,7 +43,7 @@ impl Kind {
         }
     }
 
-    /// In words.
+    /// Title.
     pub fn title(self) -> &'static str {
         match self {
             Kind::Symmetric => "Coulomb and viscous, both alike",
@@ -52,7 +53,7 @@ impl Kind {
         }
     }
 
-    /// Number of parameters that were fitted.
+    /// Number of fitted parameters.
     pub fn parameters(self) -> usize {
         match self {
             Kind::Symmetric => SYMMETRIC.len(),
@@ -63,20 +64,20 @@ impl Kind {
     }
 }
 
-/// A fitted model and how it did.
+/// A fitted model and its errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// How rich it is.
+    /// Complexity.
     pub kind: Kind,
     /// Fitted to the whole recording.
     pub model: AxisModel<f64>,
-    /// Errors of its parameters, for what was fitted in the closed loop.
+    /// Errors of its parameters, if fitted in the closed loop.
     pub refined: Option<Refined>,
-    /// Error on samples that the fit has not seen, mean over both halves, each predicted by a fit to the other: of the
+    /// Error on samples that the fit did not use, mean over both halves, each predicted by a fit to the other: of the
     /// command in the closed loop, ‖u − û‖/‖u‖, or of the force where the controller is unknown.
     pub held_out: f64,
-    /// Mean squares of the same error in contiguous blocks of both halves: the folds by which models are chosen, in the
-    /// squared SI unit of command or force.
+    /// Mean squares of the same error in contiguous blocks of both halves: the folds for the choice of the model, in
+    /// the squared SI unit of command or force.
     pub folds: Vec<f64>,
     /// The closed loop over the second half by the fit to the first.
     pub unseen: Option<ClosedLoop<f64>>,
@@ -117,7 +118,7 @@ pub(super) fn candidates(
         (whole, join(a), join(b))
     });
     let (by_first, by_second) = (by_first?, by_second?);
-    // Of each run the first samples are dropped: they still know the state that the run began with.
+    // The first samples of each run are dropped: they still depend on its initial state.
     let drop = recipe.skip.saturating_sub(2);
     let simulate = |model: &AxisModel<f64>, range: Range<usize>| around.simulate(model, range, watch);
     watch.stage("judge the models", 0.0)?;
@@ -169,7 +170,7 @@ fn rigid(motion: &Motion, range: Range<usize>, recipe: &Recipe) -> Result<[(Kind
     ])
 }
 
-/// All models from one range. Each starts from the one before; nothing else is assumed.
+/// All models from one range. Each starts from the one before, without other assumptions.
 fn fit_all(
     motion: &Motion,
     around: &Loop<'_>,
@@ -180,7 +181,7 @@ fn fit_all(
     let bodies = rigid(motion, range.clone(), recipe)?;
     let asymmetric = bodies[1].1;
     let mut fits: Vec<Fit> = bodies.map(|(kind, model)| (kind, model, None)).into();
-    // In logarithms only what is positive can be fitted; a rigid body that is not so fits nothing better.
+    // Logarithms require positive parameters; a rigid body without them is no start for a fit.
     let sides = [asymmetric.positive, asymmetric.negative];
     if !sides.iter().all(|s| s.kinetic_torque > 0.0 && s.viscous_friction > 0.0) {
         return Ok(fits);
@@ -191,7 +192,7 @@ fn fit_all(
     let stroke = extent(&motion.position) + extent(&motion.position.iter().map(|q| -q).collect::<Vec<_>>());
     let mut start = AxisModel { lag: 0.3 * motion.period, ..asymmetric };
     for side in [&mut start.positive, &mut start.negative] {
-        // Neither a drop nor a rise to begin with would leave the Stribeck velocity without a slope.
+        // A curve without drop or rise would give the Stribeck velocity no slope.
         side.breakaway_torque = 0.8 * side.kinetic_torque;
         side.stribeck_velocity = 0.1 * fastest;
     }

@@ -1,4 +1,4 @@
-//! From the recorded position and command to what a force balance needs.
+//! Motion and force from the recorded position and command, for the balance of forces.
 
 use std::ops::Range;
 
@@ -15,22 +15,22 @@ pub struct Motion {
     pub period: f64,
     /// Position, low-passed.
     pub position: Vec<f64>,
-    /// Its central difference.
+    /// Velocity: central difference of the position.
     pub velocity: Vec<f64>,
-    /// And the next.
+    /// Acceleration: central difference of the velocity.
     pub acceleration: Vec<f64>,
-    /// Drive gain times what reached the drive, as recorded.
+    /// Drive gain times the input of the drive, as recorded.
     pub force: Vec<f64>,
-    /// The same through the low-pass of the position.
+    /// The force through the low-pass of the position.
     pub smooth_force: Vec<f64>,
-    /// Constant force that was taken out of both: the weight on a vertical axis, else 0.
+    /// Constant force that was subtracted from both: the weight on a vertical axis, else 0.
     pub offset: f64,
-    /// Inertia, where the machine file knows it [kg or kg m²].
+    /// Inertia, if stated in the machine file [kg or kg m²].
     pub inertia: Option<f64>,
 }
 
 impl Motion {
-    /// By the machine's recipe; the low-pass looks both ways and adds no delay.
+    /// Motion by the machine's recipe; the low-pass is applied in both directions and adds no delay.
     ///
     /// # Errors
     /// A recording too short for the low-pass, or a cut-off above half the sampling rate.
@@ -57,7 +57,7 @@ impl Motion {
         })
     }
 
-    /// Takes a constant force out, so that friction alone is left beside inertia.
+    /// Subtracts a constant force, so that only friction and inertia remain.
     pub(super) fn unload(&mut self, offset: f64) {
         for force in self.force.iter_mut().chain(&mut self.smooth_force) {
             *force -= offset;
@@ -71,10 +71,10 @@ impl Motion {
     }
 }
 
-/// Columns of a regression and what they should explain, decimated.
+/// Columns of a regression and its measured values, decimated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regression {
-    /// One a parameter.
+    /// One for each parameter.
     pub columns: Vec<Vec<f64>>,
     /// Force.
     pub measured: Vec<f64>,
@@ -82,7 +82,7 @@ pub struct Regression {
 
 impl Regression {
     /// Evaluates `regressors` (velocity, acceleration) at each sample of the range and decimates all columns alike, so
-    /// that what the low-pass takes from one side of the balance it takes from the other.
+    /// that the low-pass has the same effect on both sides of the balance.
     ///
     /// # Errors
     /// A range too short to decimate.
@@ -100,10 +100,10 @@ impl Regression {
     }
 
     /// Least squares. The first column is the acceleration; where its coefficient, the inertia, is known, the others
-    /// explain what it leaves.
+    /// explain the rest.
     ///
     /// # Errors
-    /// Too few rows, or a motion that does not tell the parameters apart.
+    /// Too few rows, or a motion that does not determine the parameters.
     pub fn fit(&self, inertia: Option<f64>) -> Result<LinearFit, Error> {
         let Some(inertia) = inertia else { return fit_linear(&self.columns, &self.measured) };
         let rest: Vec<f64> = self.measured.iter().zip(&self.columns[0]).map(|(f, a)| f - inertia * a).collect();
@@ -119,8 +119,7 @@ impl Regression {
     }
 }
 
-/// ‖measured − predicted‖ / ‖measured‖ of the force over a range, decimated: what a model says of a motion that it is
-/// given.
+/// ‖measured − predicted‖ / ‖measured‖ of the force over a range, decimated: error of a model for the measured motion.
 ///
 /// # Errors
 /// A range too short to decimate.
@@ -134,7 +133,7 @@ pub fn force_error(
     Ok(norm(&missed) / norm(&measured))
 }
 
-/// The force over a range, decimated, and what a model misses of it.
+/// The force over a range, decimated, and the error of a model.
 ///
 /// # Errors
 /// As [`force_error`].

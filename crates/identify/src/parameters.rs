@@ -1,13 +1,13 @@
-//! The identified parameters as people read them, beside what others published.
+//! The identified parameters for reports, with published ones.
 
 use crate::machine::{Axis, Machine};
 use stickslip_base::Summary;
 use stickslip_base::quantity::Estimate;
 
-/// A parameter as people read it.
+/// A parameter for reports.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterLine {
-    /// In words.
+    /// Name.
     pub name: &'static str,
     /// Value with its interval.
     pub identified: Estimate,
@@ -15,7 +15,7 @@ pub struct ParameterLine {
     pub published: Option<Estimate>,
 }
 
-/// Names in words, names of results, and names in the machine file's `published.asymmetric`.
+/// Names for reports, names of results, and names in the machine file's `published.asymmetric`.
 const DIRECTIONS: [(&str, &str, &str); 9] = [
     ("moving mass M", "inertia.mass", "mass"),
     ("Coulomb friction, positive velocity", "friction.positive.coulomb", "positive_coulomb"),
@@ -36,7 +36,7 @@ const ALIKE: [(&str, &str, &str); 4] = [
     ("offset", "friction.offset", "offset"),
 ];
 
-/// The best model's, in the order of its equations; only what the closed loop refined.
+/// The best model's, in the order of its equations; only those fitted in the closed loop.
 pub(super) const BEST: [(&str, &str, &str); 12] = [
     ("moving mass M", "closed_loop.mass", ""),
     ("friction at rest, positive velocity", "closed_loop.positive.breakaway", ""),
@@ -52,7 +52,7 @@ pub(super) const BEST: [(&str, &str, &str); 12] = [
     ("bristle damping σ₁", "closed_loop.bristle_damping", ""),
 ];
 
-/// The parameters of both least squares, a friction for each direction and one for both, beside published ones.
+/// The parameters of both least squares, a friction for each direction and one for both, with published ones.
 pub fn parameter_lines(summary: &Summary, machine: &Machine) -> [Vec<ParameterLine>; 2] {
     [lines(&DIRECTIONS, "asymmetric", summary, machine), lines(&ALIKE, "symmetric", summary, machine)]
 }

@@ -11,18 +11,19 @@ use crate::machine::{Controller, Machine};
 use stickslip_base::units::Dimension;
 use stickslip_base::{ControllerChoice, Preset};
 
-/// A lead for a linear axis that has none, or whose file does not say: only the referred numbers depend on it [m].
+/// Lead for a linear axis without one: only the referred numbers depend on it [m].
 const ANY_LEAD: f64 = 10e-3;
-/// So stiff that the axis moves as one mass [Hz], and damped as good couplings are (share of critical damping).
+/// Natural frequency of a stiff coupling, with which the axis moves as one mass [Hz], and its usual damping (share of
+/// critical damping).
 const RIGID: (f64, f64) = (675.0, 0.04);
-/// Closed velocity loop of a controller that is invented [1/s].
+/// Closed velocity loop of an unknown controller [1/s].
 const BANDWIDTH: f64 = 150.0;
 
-/// The preset. Where the axis lies outside what the virtual bench allows, checking the preset says so.
-pub(super) fn preset(found: &Identification, machine: &Machine) -> Preset<f64> {
+/// The preset. An axis outside the ranges of the virtual bench is reported by the check of the preset.
+pub(super) fn preset(result: &Identification, machine: &Machine) -> Preset<f64> {
     let mut preset = Preset::default();
-    let model = &found.best().model;
-    let (lead, metres) = match found.axis.position() {
+    let model = &result.best().model;
+    let (lead, metres) = match result.axis.position() {
         Dimension::Length => machine.screw_lead.map_or((ANY_LEAD, ANY_LEAD / TAU), |lead| (lead, lead / TAU)),
         _ => (preset.model.drive.screw_lead, 1.0),
     };
@@ -36,7 +37,7 @@ pub(super) fn preset(found: &Identification, machine: &Machine) -> Preset<f64> {
     preset.model.drive = preset.plant.drive;
 
     let (own, asymmetry) = friction(&mut preset, model, metres);
-    servo(&mut preset, found, machine, metres);
+    servo(&mut preset, result, machine, metres);
     let strongest = own.breakaway_torque.max(own.kinetic_torque) * (1.0 + asymmetry.abs());
     let torque_limit = preset.plant.servo.torque_limit.max(strongest);
     let (position_gain, velocity_gain, integral_gain, feedforward) = match machine.controller {
@@ -56,7 +57,7 @@ pub(super) fn preset(found: &Identification, machine: &Machine) -> Preset<f64> {
     preset.bench.desired = own;
     preset.model.own = own;
 
-    let ends = found.motion.position.iter().fold([0.0f64; 2], |[low, high], q| [low.min(*q), high.max(*q)]);
+    let ends = result.motion.position.iter().fold([0.0f64; 2], |[low, high], q| [low.min(*q), high.max(*q)]);
     let room = (ends[1] - ends[0]) * 0.1;
     let safety = &mut preset.bench.safety;
     [safety.lower_end, safety.upper_end] = [(ends[0] - room) / metres, (ends[1] + room) / metres];
@@ -89,7 +90,7 @@ fn friction(preset: &mut Preset<f64>, model: &AxisModel<f64>, metres: f64) -> (S
                 bristle_damping: bristles.damping * metres * metres,
                 fading: Fading::Rational(DampingVelocity { velocity: bristles.damping_velocity / metres }),
             };
-            // Where directions differ the weaker one bounds it.
+            // Where directions differ, the weaker one is the limit.
             let passive = lugre.passive_damping_velocity() * (1.0 - asymmetry.abs());
             let velocity = (bristles.damping_velocity / metres).min(passive);
             lugre.fading = Fading::Rational(DampingVelocity { velocity });
@@ -104,19 +105,19 @@ fn friction(preset: &mut Preset<f64>, model: &AxisModel<f64>, metres: f64) -> (S
     (own, asymmetry)
 }
 
-/// Servo amplifier and encoder. A drive that is not commanded in volts gets 10 V for the largest force recorded.
-fn servo(preset: &mut Preset<f64>, found: &Identification, machine: &Machine, metres: f64) {
+/// Servo amplifier and encoder. A drive whose command is not a voltage gets 10 V for the largest recorded force.
+fn servo(preset: &mut Preset<f64>, result: &Identification, machine: &Machine, metres: f64) {
     let volts = machine.drive.command == Dimension::Voltage;
     let limit = match machine.controller {
         Controller::Cascade(cascade) if volts => cascade.limit,
         _ => 10.0,
     };
-    let largest = found.motion.force.iter().fold(0.0f64, |most, f| most.max((f + found.motion.offset).abs()));
+    let largest = result.motion.force.iter().fold(0.0f64, |most, f| most.max((f + result.motion.offset).abs()));
     let servo = &mut preset.plant.servo;
     servo.torque_per_volt = if volts { machine.gain.abs() * metres } else { largest * metres / limit };
     servo.input_limit = limit;
     servo.torque_limit = servo.torque_per_volt * limit;
-    servo.lag = found.best().model.lag.clamp(2e-5, 2e-2);
+    servo.lag = result.best().model.lag.clamp(2e-5, 2e-2);
     preset.model.scaling.torque_per_volt = servo.torque_per_volt;
     preset.model.scaling.servo_limit = limit;
     if let Some(grid) = machine.encoder_grid {

@@ -1,7 +1,8 @@
-//! Fit in the closed loop: the parameters for which the simulated controller commands what the recorded one did.
+//! Fit in the closed loop: the parameters for which the simulated command equals the recorded one.
 //!
-//! The balance of forces needs the acceleration, which no sensor gives; here only the recorded command is compared, and
-//! the loop keeps simulation and recording together over any length. Derivatives are those of the simulation itself.
+//! The balance of forces requires the acceleration, which no sensor gives; here only the recorded command is compared,
+//! and the loop keeps simulation and recording together over any length. Derivatives are those of the simulation
+//! itself.
 
 use std::ops::Range;
 
@@ -29,7 +30,7 @@ pub const CLOSED_LOOP: [&str; 12] = [
     "bristle_damping",
 ];
 
-/// Number of parameters with a Stribeck curve a direction and a lag of the drive.
+/// Number of parameters with a Stribeck curve for each direction and a lag of the drive.
 pub(super) const STRIBECK: usize = 10;
 /// The same with bristles.
 pub(super) const LUGRE: usize = 12;
@@ -68,8 +69,8 @@ fn model<const N: usize, T: Scalar>(p: [T; N], offset: f64) -> AxisModel<T> {
     AxisModel { inertia: p[0], positive, negative, offset: T::of(offset), lag: p[9], bristles }
 }
 
-/// Minimises the error of the predicted command over a range of samples, without the first `skip` of them. N says what
-/// is free: [`STRIBECK`] or [`LUGRE`].
+/// Minimises the error of the predicted command over a range of samples, without the first `skip` of them. N determines
+/// the free parameters: [`STRIBECK`] or [`LUGRE`].
 ///
 /// # Errors
 /// [`Error::Cancelled`].
@@ -89,8 +90,9 @@ pub(super) fn refine<const N: usize>(
         let pairs = run.command.iter().zip(&around.signals.command[range.clone()]).skip(skip);
         Ok(pairs.map(|(predicted, measured)| *predicted - Dual::of(*measured)).collect())
     };
-    // Most of the way in coarse steps, at a fraction of the time. Stick makes the sum of squares rough: below 1e-5 of it
-    // (coarse) and 1e-4 (near the end) a search only wanders, by far less than the parameters' errors.
+    // Most of the way in coarse steps, in a fraction of the time. Stick makes the sum of squares rough: below 1e-5 of
+    // it (coarse) and 1e-4 (near the end) a search makes no progress, and the remaining error is far below the
+    // parameters' errors.
     let coarse = Loop { sub_steps: around.sub_steps.div_ceil(5), ..*around };
     let free = [[0.0, f64::INFINITY]; N];
     let near =
@@ -113,7 +115,7 @@ pub(super) fn refine<const N: usize>(
 
 /// Standard errors of the logarithms, and the half-width of a 95 % interval in them.
 fn errors<const N: usize>(parameters: &[f64; N], residuals: &[Dual<N>], known_inertia: bool) -> ([f64; N], f64) {
-    // Ten samples make a row: their sum moves the parameters as they do, and the covariance needs a tenth of the time.
+    // Ten samples are one row: their sum moves the parameters as they do, and the covariance takes a tenth of the time.
     const ROW: usize = 10;
     let mut normal = SMatrix::<f64, N, N>::zeros();
     let mut rows = vec![SVector::<f64, N>::zeros(); residuals.len().div_ceil(ROW)];
@@ -123,7 +125,7 @@ fn errors<const N: usize>(parameters: &[f64; N], residuals: &[Dual<N>], known_in
         rows[t / ROW] += slope * residual.value;
     }
     if known_inertia {
-        // Nothing depends on it: it moves nothing and has no error.
+        // A parameter without influence has no error.
         normal[(0, 0)] = 1.0;
     }
     let Some(inverse) = normal.cholesky().map(|factor| factor.inverse()) else {

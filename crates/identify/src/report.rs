@@ -1,4 +1,4 @@
-//! The report of an identification: what is known, how well, and what the recording cannot tell.
+//! The report of an identification: results, their errors, and the limits of the recording.
 
 use super::limits::percent;
 use super::parameters::{BEST, ParameterLine, lines, parameter_lines};
@@ -11,7 +11,7 @@ use stickslip_base::report::{Cell, Provenance, Report, Section, Table};
 use stickslip_fit::{Choice, StribeckFit};
 use stickslip_recording::Recording;
 
-/// The whole report. `command` is the command line that makes it again.
+/// The whole report. `command` is its command line.
 pub fn report(
     found: &Identification,
     machine: &Machine,
@@ -32,12 +32,12 @@ pub fn report(
         report = report.key("error of the position, rms", position);
     }
     let mut intervals = "A friction for each direction by least squares. Intervals are for 95\u{a0}% and count that \
-                         residuals follow each other."
+                         residuals are correlated."
         .to_owned();
     if !machine.published.is_empty() {
         intervals.push_str(
-            " Published values come from the machine file and took no part; their intervals are 1.96 published \
-             standard deviations, which take every sample for news and are therefore narrower.",
+            " Published values come from the machine file and were not used; their intervals are 1.96 published \
+             standard deviations, which treat every sample as independent and are therefore narrower.",
         );
     }
     let [friction, predicted, missed] =
@@ -47,9 +47,9 @@ pub fn report(
         .paragraph(balance(found))
         .section(friction)
         .table(table(&directions).caption(intervals))
-        .heading("What this recording cannot tell")
+        .heading("Not identifiable from this recording")
         .list(found.limits())
-        .heading("Which model predicts best")
+        .heading("Comparison of models")
         .paragraph(format!("{} {}", why(found), prediction(found, summary)))
         .table(candidates(found))
         .section(predicted)
@@ -58,7 +58,7 @@ pub fn report(
     if !refined.is_empty() {
         report = report.heading("Parameters of the best model").table(table(&refined).caption(
             "Fitted to the recorded command in the simulated closed loop; each ± is half of the width of the 95\u{a0}% \
-             interval. The intervals themselves, which are not symmetric, stand in summary.json.",
+             interval. The intervals themselves, which are not symmetric, are in summary.json.",
         ));
     }
     report
@@ -68,7 +68,7 @@ pub fn report(
         .table(table(&alike).caption("The same balance of forces with one Coulomb and one viscous friction."))
 }
 
-/// Which model is best, by how much, judged on what.
+/// The best model, its lead over the others, and the data of the comparison.
 fn why(found: &Identification) -> String {
     let Choice { best, chosen, behind, folds, .. } = &found.choice;
     let title = |candidate: usize| found.candidates[candidate].kind.title();
@@ -76,14 +76,14 @@ fn why(found: &Identification) -> String {
     let perhaps = |candidate: usize| {
         let holds_zero = |[share, half_width]: [f64; 2]| share <= half_width;
         let chance = found.choice.share_behind(candidate).is_some_and(holds_zero);
-        if chance { ", which may still be chance since the interval holds 0" } else { "" }
+        if chance { ", which may be chance since the interval contains 0" } else { "" }
     };
-    // Where a simpler one is chosen, the difference to it is the one that counts.
+    // Where a simpler model is chosen, its difference is the relevant one.
     let others = (0..found.candidates.len()).filter(|candidate| candidate != best);
     let second = others.min_by(|a, b| behind[*a][0].total_cmp(&behind[*b][0]));
     let verdict = match second {
         _ if chosen != best => format!(
-            "{} is simpler, and its squared error there is greater by {} only, which is no more than the standard error \
+            "{} is simpler, and its squared error there is greater by only {}, which is not more than the standard error \
              of the difference",
             title(*chosen),
             behind_by(*chosen)
@@ -95,24 +95,24 @@ fn why(found: &Identification) -> String {
             behind_by(second),
             perhaps(second)
         ),
-        None => "There is no other to compare with".into(),
+        None => "There is no other model".into(),
     };
     format!(
-        "Each model was fitted to one half of the recording and judged on the other, which it had not seen, in {folds} \
+        "Each model was fitted to one half of the recording and validated on the other half, in {folds} \
          blocks of time together: a richer model that only follows the noise loses there. The smallest error there, {}, \
-         has {}. {verdict}. The one to use stands in model.toml.",
+         has {}. {verdict}. The selected model is in model.toml.",
         percent(found.candidates[*best].held_out),
         title(*best),
     )
 }
 
-/// Force and command that keep a speed up, at some speeds of either direction.
+/// Force and command at constant speeds in both directions.
 fn feedforward(found: &Identification, machine: &Machine) -> Table {
     const STEPS: i32 = 5;
     let (quantity, force) = found.force();
     let table = Table::new(["velocity", quantity, "command"]).caption(
-        "What the drive must give to keep a speed up, by the best model; the whole table is feedforward.csv. The band \
-         of the figure says how well it is known.",
+        "Drive force or torque and command at constant speed, by the best model; the whole table is feedforward.csv. The band \
+         of the figure is its uncertainty.",
     );
     let fastest = found.motion.velocity.iter().fold(0.0f64, |most, velocity| most.max(velocity.abs()));
     (-STEPS..=STEPS).filter(|step| *step != 0).fold(table, |table, step| {
@@ -134,7 +134,7 @@ fn table(lines: &[ParameterLine]) -> Table {
     })
 }
 
-/// The sentence that a reader takes away: inertia, the friction of each direction, how well it predicts.
+/// Main result in a sentence: inertia, the friction of each direction, the prediction error.
 fn main_result(found: &Identification, summary: &Summary) -> String {
     let read = |name: &str| summary.estimate(name).map_or_else(|| "unknown".to_owned(), |e| tied(&e));
     let inertia = match found.axis {
@@ -146,7 +146,7 @@ fn main_result(found: &Identification, summary: &Summary) -> String {
         format!("{coulomb} plus {viscous} times the speed against {side} velocity")
     };
     format!(
-        "{inertia} is {}, friction is {} and {}, and the best model misses {} of the {} where its fit has not seen it.",
+        "{inertia} is {}, friction is {} and {}, and the error of the best model is {} of the {} on data that its fit did not use.",
         read("inertia.mass"),
         side("positive"),
         side("negative"),
@@ -155,12 +155,12 @@ fn main_result(found: &Identification, summary: &Summary) -> String {
     )
 }
 
-/// What the best model predicts.
+/// Quantity that the best model predicts.
 fn predicted(found: &Identification) -> String {
     found.closed_loop.as_ref().map_or_else(|| format!("drive {}", found.force().0), |_| "recorded command".into())
 }
 
-/// How far inertia and friction go, and whether there is a Stribeck drop.
+/// Explained share of inertia and friction, and the verdict on a Stribeck drop.
 fn balance(found: &Identification) -> String {
     let drop = |fit: &&Option<StribeckFit>| fit.as_ref().is_some_and(|fit| fit.drop.is_identified());
     let drops = match found.stribeck.iter().filter(drop).count() {
@@ -177,19 +177,19 @@ fn balance(found: &Identification) -> String {
     )
 }
 
-/// How good the best model is over the whole, on what.
+/// Errors of the best model over the whole recording.
 fn prediction(found: &Identification, summary: &Summary) -> String {
     let best = found.best();
     let title = best.kind.title();
     match (&best.prediction, summary.estimate("prediction.position_rms")) {
         (Some(prediction), Some(position)) => format!(
-            "Simulated over the whole recording with the known controller, it gives the recorded command with an error \
+            "Simulated over the whole recording with the known controller, it predicts the recorded command with an error \
              of {} and the position within {} rms.",
             percent(prediction.voltage_error),
             tied(&position),
         ),
         _ => format!(
-            "The controller is not known, so no closed loop is simulated: what is judged is how {title}, fitted to one \
+            "The controller is not known, so no closed loop is simulated. The error is that with which {title}, fitted to one \
              half, explains the drive {} of the other.",
             found.force().0,
         ),
@@ -199,9 +199,9 @@ fn prediction(found: &Identification, summary: &Summary) -> String {
 fn candidates(found: &Identification) -> Table {
     let simulated = found.closed_loop.is_some();
     let head: &[&str] = if simulated {
-        &["model", "parameters", "unseen halves", "its square, above the least", "whole", "position, rms"]
+        &["model", "parameters", "unseen halves", "squared, above the least", "whole", "position, rms"]
     } else {
-        &["model", "parameters", "unseen halves", "its square, above the least"]
+        &["model", "parameters", "unseen halves", "squared, above the least"]
     };
     let share = |error: f64| Cell::from(Estimate::new(100.0 * error, "%"));
     let row = |(index, candidate): (usize, &Candidate)| {
@@ -217,9 +217,9 @@ fn candidates(found: &Identification) -> Table {
         cells
     };
     let table = Table::new(head.iter().copied()).caption(format!(
-        "The candidates, from a rigid body to bristles: error of the {}, relative to its own rms. By how much its square \
-         is above the least is taken block by block; the intervals, for 95\u{a0}%, are at least so wide, since parts of one \
-         recording are alike.",
+        "The candidates, from a rigid body to bristles: error of the {}, relative to its own rms. The excess of its square \
+         above the least is computed block by block; the 95\u{a0}% intervals are lower bounds, since parts of one \
+         recording are correlated.",
         predicted(found)
     ));
     found.candidates.iter().enumerate().fold(table, |table, candidate| table.row(row(candidate)))
@@ -239,7 +239,7 @@ mod tests {
     fn every_number_of_the_summary_is_on_the_page() {
         let page = page(&emps().0);
         let summary: serde_json::Value = serde_json::from_str(&results::summary(found()).to_json()).unwrap();
-        let mut seen = 0;
+        let mut count = 0;
         for (name, result) in summary["results"].as_object().unwrap() {
             let (value, unit) = (result["value"].as_f64().unwrap(), result["unit"].as_str().unwrap());
             let share = name.starts_with("prediction.") && unit == "1";
@@ -259,14 +259,14 @@ mod tests {
                 written.value, written.unit
             );
             assert!(page.contains(&cells), "{name}: {cells}");
-            seen += 1;
+            count += 1;
         }
         // 9 of the least squares, 12 of the closed loop, 3 of the prediction.
-        assert_eq!(seen, 24);
+        assert_eq!(count, 24);
     }
 
     #[test]
-    fn published_values_stand_beside_and_are_left_out_where_there_are_none() {
+    fn published_values_are_listed_where_the_machine_file_has_them() {
         let mut machine = emps().0.clone();
         assert!(page(&machine).contains("<td class=\"value\">95.1</td><td class=\"half-width\">± 0.2</td>"));
         machine.published.clear();
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn a_simpler_model_that_is_not_worse_beyond_chance_is_the_one_to_use_and_the_reason_is_said() {
+    fn a_simpler_model_that_is_not_significantly_worse_is_selected_with_the_reason() {
         let page = |found: &Identification| {
             report(found, &emps().0, &emps().1, &results::summary(found), "").html().replace('\u{a0}', " ")
         };
@@ -286,15 +286,16 @@ mod tests {
                 Kind::Stribeck.title()
             ))
         );
-        assert!(!surely.contains("may still be chance"));
+        assert!(!surely.contains("may be chance"));
         let mut perhaps = found().clone();
         perhaps.choice.behind[2][1] = 0.5 * perhaps.choice.behind[2][0];
-        assert!(page(&perhaps).contains("which may still be chance since the interval holds 0"));
+        assert!(page(&perhaps).contains("which may be chance since the interval contains 0"));
         perhaps.choice.behind[2][1] = perhaps.choice.behind[2][0];
         perhaps.choice.chosen = 2;
         let perhaps = page(&perhaps);
         assert!(
-            perhaps.contains("Stribeck curve, each direction is simpler, and its squared error there is greater by")
+            perhaps
+                .contains("Stribeck curve, each direction is simpler, and its squared error there is greater by only")
         );
         assert!(perhaps.contains("Stribeck curve, each direction (best)"));
     }

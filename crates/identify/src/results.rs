@@ -10,12 +10,12 @@ use crate::machine::{Axis, Machine};
 use stickslip_base::{Error, Summary, output};
 use stickslip_recording::Recording;
 
-/// What `stickslip identify` found, under the names that scripts rely on.
+/// Results of `stickslip identify`, under the names that scripts rely on.
 ///
 /// `inertia.mass` and `friction.*` come from the least squares, `friction.offset` from its symmetric form;
-/// `closed_loop.*` from the best model if it was fitted in the closed loop; `prediction.*` is what that model predicts,
-/// and `prediction.held_out_error` what it predicted of halves that its fit had not seen. A rotary axis has its inertia
-/// in kg m² under the same name.
+/// `closed_loop.*` from the best model if it was fitted in the closed loop; `prediction.*` are errors of that model,
+/// and `prediction.held_out_error` its error on halves that its fit did not use. A rotary axis has its inertia in kg m²
+/// under the same name.
 pub fn summary(found: &Identification) -> Summary {
     let mut summary = Summary::new("identify");
     let unit = |name: &str| unit(found.axis, name);
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_promised_names_are_there_with_their_units_and_the_files_beside_always_the_same() {
+    fn the_documented_names_exist_with_their_units_and_the_files_are_reproducible() {
         let folder = tempfile::tempdir().unwrap();
         let summary = write(found(), &emps().0, &emps().1, "stickslip identify", folder.path()).unwrap();
         for name in [

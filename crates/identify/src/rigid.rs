@@ -6,10 +6,10 @@
 //!     M·q̈ + F_v⁻·q̇ − F_c⁻            q̇ < 0                asymmetric
 //! ```
 //!
-//! Inverse dynamic identification by least squares, Janot, Gautier, Brunot (2019). A common offset beside two Coulomb
-//! levels cannot be told from their difference: F_c⁺ + F_0 and F_c⁻ − F_0 are all that motion shows. The asymmetric
-//! model therefore has none; where Coulomb friction is symmetric, half the difference of the two levels is the offset.
-//! On a vertical axis the offset is a weight, taken out before (`Motion::unload`).
+//! Inverse dynamic identification by least squares, Janot, Gautier, Brunot (2019). A common offset and two Coulomb
+//! levels are not separately identifiable: motion only determines F_c⁺ + F_0 and F_c⁻ − F_0. The asymmetric model
+//! therefore has no offset; where Coulomb friction is symmetric, half the difference of the two levels is the offset.
+//! On a vertical axis the offset is a weight, subtracted before (`Motion::unload`).
 
 use std::ops::Range;
 
@@ -55,7 +55,7 @@ impl Symmetric {
     /// Fits the samples of a range.
     ///
     /// # Errors
-    /// A range too short, or a motion that does not tell the parameters apart.
+    /// A range too short, or a motion that does not determine the parameters.
     pub fn identify(motion: &Motion, range: Range<usize>, decimation: usize) -> Result<Self, Error> {
         let rows = Regression::of(motion, range, decimation, symmetric)?;
         Ok(Symmetric { fit: rows.fit(motion.inertia)? })
@@ -66,7 +66,7 @@ impl Asymmetric {
     /// Fits the samples of a range.
     ///
     /// # Errors
-    /// A range too short, or a motion that does not tell the parameters apart.
+    /// A range too short, or a motion that does not determine the parameters.
     pub fn identify(motion: &Motion, range: Range<usize>, decimation: usize) -> Result<Self, Error> {
         let rows = Regression::of(motion, range, decimation, asymmetric)?;
         Ok(Asymmetric { fit: rows.fit(motion.inertia)? })

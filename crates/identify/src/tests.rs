@@ -24,12 +24,12 @@ pub(super) fn found() -> &'static Identification {
     FOUND.get_or_init(|| silent(&emps().1, &emps().0).unwrap())
 }
 
-/// Without anybody who watches.
+/// Without progress.
 fn silent(recording: &Recording, machine: &Machine) -> Result<Identification, Error> {
     identify(recording, machine, &Watch::silent())
 }
 
-/// The recording with other signals, and of it the first so many rows.
+/// The recording with other signals and the first `rows` rows.
 fn changed(rows: usize, change: impl Fn(&str, f64) -> f64) -> Recording {
     let column = |c: &Column| Column::new(&c.name, c.values[..rows].iter().map(|v| change(&c.name, *v)).collect());
     Recording::from_columns("changed.csv", emps().1.columns().iter().map(column).collect())
@@ -90,7 +90,7 @@ fn published_values_lie_within_the_intervals() {
 }
 
 #[test]
-fn white_standard_errors_are_those_that_were_published_and_too_small() {
+fn white_standard_errors_equal_the_published_ones_and_are_too_small() {
     let fit = &found().symmetric.fit;
     let printed: Vec<f64> = SYMMETRIC.iter().map(|name| emps().0.published["symmetric"][*name][1]).collect();
     assert_close(&fit.white_standard_errors, &printed, 0.02);
@@ -111,7 +111,7 @@ fn plateaus_are_those_of_the_data_sheet() {
 }
 
 #[test]
-fn no_stribeck_drop_is_made_up() {
+fn no_stribeck_drop_is_reported() {
     assert!(!found().stribeck_identifiable());
     for verdict in found().stribeck_verdicts() {
         assert!(verdict.starts_with("F_S < F_K: no Stribeck drop in this data"), "{verdict}");
@@ -119,7 +119,7 @@ fn no_stribeck_drop_is_made_up() {
 }
 
 #[test]
-fn the_closed_loop_is_predicted_and_each_richer_model_does_better_on_what_it_has_not_seen() {
+fn the_closed_loop_is_predicted_and_each_richer_model_is_better_on_held_out_data() {
     let found = found();
     let kinds: Vec<Kind> = found.candidates.iter().map(|c| c.kind).collect();
     assert_eq!(kinds, [Kind::Symmetric, Kind::Asymmetric, Kind::Stribeck, Kind::Lugre]);
@@ -133,14 +133,14 @@ fn the_closed_loop_is_predicted_and_each_richer_model_does_better_on_what_it_has
     assert!(found.candidates.windows(2).all(|pair| pair[1].held_out < pair[0].held_out));
     let best = found.best();
     let prediction = best.prediction.unwrap();
-    // The next is behind by more than chance: its 95 % interval does not reach 0.
+    // The next is behind by more than chance: its 95 % interval does not contain 0.
     let behind = found.behind(2).unwrap();
     assert!(behind.value > behind.half_width.unwrap(), "{behind}");
     assert_eq!((found.choice.folds, found.behind(3)), (8, None));
     assert_eq!(best.kind, Kind::Lugre);
     assert!(prediction.voltage_error < 0.025 && prediction.position_rms < 0.82e-6, "{prediction:?}");
     assert!(best.held_out < 0.0255, "{}", best.held_out);
-    // Presliding is barely excited: the interval of the stiffness must admit it.
+    // Presliding is barely excited: the interval of the stiffness must be wide.
     let stiffness = best.refined.as_ref().unwrap().ci95[10];
     assert!(stiffness[1] / stiffness[0] > 2.0 && stiffness[0] < 9e5 && 9e5 < stiffness[1], "{stiffness:?}");
 }
@@ -162,7 +162,7 @@ fn a_mirrored_axis_swaps_the_directions_and_negates_the_offset() {
 }
 
 #[test]
-fn published_values_take_no_part() {
+fn published_values_are_not_used() {
     let (machine, _) = emps();
     let short = changed(7000, |_, v| v);
     let mut other = machine.clone();
@@ -172,7 +172,7 @@ fn published_values_take_no_part() {
 }
 
 #[test]
-fn without_a_controller_the_force_of_the_other_half_is_the_judge() {
+fn without_a_controller_the_force_of_the_other_half_is_the_criterion() {
     let mut machine = emps().0.clone();
     machine.controller = Controller::Unknown;
     let found = silent(&emps().1, &machine).unwrap();
@@ -183,7 +183,7 @@ fn without_a_controller_the_force_of_the_other_half_is_the_judge() {
 }
 
 #[test]
-fn a_recorded_model_is_found_again() {
+fn a_simulated_model_is_identified() {
     let (machine, recording) = emps();
     let truth = found().candidates[2].model;
     let signals = machine.signals(recording).unwrap();
@@ -198,15 +198,16 @@ fn a_recorded_model_is_found_again() {
         Column::new("qg", reference[2..8002].to_vec()),
         Column::new("vir", run.command),
     ];
-    let again = silent(&Recording::from_columns("simulated", columns), machine).unwrap();
-    let refined = again.candidates[2].refined.as_ref().unwrap();
+    let identified = silent(&Recording::from_columns("simulated", columns), machine).unwrap();
+    let refined = identified.candidates[2].refined.as_ref().unwrap();
     let theirs = found().candidates[2].refined.as_ref().unwrap();
-    // What the encoder's grid leaves: its command noise of some mV against 40 mV of misfit in the real recording.
+    // The error of the encoder's grid: its command noise of some mV, compared with a residual of 40 mV of the real
+    // recording.
     assert_close(&refined.parameters, &theirs.parameters, 0.03);
     assert!((refined.parameters[0] / theirs.parameters[0] - 1.0).abs() < 1e-3);
-    assert!(again.candidates[2].held_out < 0.005, "{}", again.candidates[2].held_out);
-    // It had no bristles: what a model with bristles gains, if it does, is chance.
-    assert_eq!(again.best().kind, Kind::Stribeck, "{:?}", again.choice);
+    assert!(identified.candidates[2].held_out < 0.005, "{}", identified.candidates[2].held_out);
+    // The simulation had no bristles: any gain of a model with bristles is chance.
+    assert_eq!(identified.best().kind, Kind::Stribeck, "{:?}", identified.choice);
 }
 
 #[test]
@@ -223,7 +224,7 @@ fn a_reversed_gain_a_short_recording_and_an_axis_at_rest_are_refused() {
 }
 
 #[test]
-fn a_cancellation_during_the_fits_is_heard() {
+fn the_fits_can_be_cancelled() {
     let cancelled = Arc::new(AtomicBool::new(false));
     let flag = cancelled.clone();
     let watch = Watch::new(cancelled, move |stage, _| flag.store(stage.starts_with("fit"), Ordering::Relaxed));
@@ -231,7 +232,7 @@ fn a_cancellation_during_the_fits_is_heard() {
 }
 
 #[test]
-fn the_files_are_read_back_as_what_was_found() {
+fn the_files_restore_the_result() {
     let (machine, _) = emps();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.toml");
@@ -256,7 +257,7 @@ fn open_loop() -> Machine {
 }
 
 #[test]
-fn a_known_inertia_stays_and_the_rest_explains_what_it_leaves() {
+fn a_known_inertia_is_kept_and_the_other_parameters_explain_the_rest() {
     let free = found().asymmetric.fit.clone();
     let mut machine = open_loop();
     machine.inertia = Some(free.coefficients[0]);
@@ -281,8 +282,8 @@ fn a_known_inertia_is_not_moved_by_the_fit_in_the_closed_loop() {
 }
 
 #[test]
-fn the_weight_of_a_vertical_axis_is_no_friction() {
-    // 40 N more in each sample: what 4.08 kg weigh.
+fn the_weight_of_a_vertical_axis_is_not_friction() {
+    // 40 N more in each sample: the weight of 4.08 kg.
     let gain = emps().0.gain;
     let rows = emps().1.rows();
     let lifted = changed(rows, |name, v| if name == "vir" { v + 40.0 / gain } else { v });
@@ -295,11 +296,11 @@ fn the_weight_of_a_vertical_axis_is_no_friction() {
     assert!((found.symmetric.fit.coefficients[3] - (offset + 40.0)).abs() < 1e-9);
     let [weight, rest] = found.weight().unwrap();
     assert!((weight - 4.0 * 9.80665).abs() < 1e-12 && (weight + rest - (offset + 40.0)).abs() < 1e-9);
-    // Both Coulomb levels are those of the level axis, the offset taken out.
+    // Both Coulomb levels equal those of the level axis without the offset.
     let (a, b) = (&found.asymmetric.fit.coefficients, &level.asymmetric.fit.coefficients);
     assert_close(a, &[b[0], b[1], b[2] - offset, b[3], b[4] + offset], 1e-9);
     assert!(found.limits().iter().any(|limit| limit.contains("weight of 39.2")), "{:?}", found.limits());
-    // What the model holds is weight and friction together.
+    // The model has weight and friction together.
     let model = found.best().model;
     assert!((model.offset - (offset + 40.0)).abs() < 1e-9);
     assert!((found.best().held_out - level.best().held_out).abs() < 0.02);
@@ -354,18 +355,18 @@ fn the_model_file_is_a_preset_with_the_same_axis_on_its_screw() {
         // Directions share one Stribeck velocity there; at eight times it, e⁻⁸ is left of the difference.
         assert!((torque / metres / best.steady_force(velocity) - 1.0).abs() < 2e-3, "{velocity}");
     }
-    // A misspelt name beside the table is still found.
+    // A misspelt name next to the table is still reported.
     let wrong = text.replace("[identified]", "[identifed]");
     assert!(stickslip_base::parameters::read::<stickslip_base::Preset<f64>>(&wrong, "model.toml").is_err());
 }
 
 #[test]
-fn a_model_file_that_is_none_is_refused_with_the_reason() {
+fn an_invalid_model_file_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.toml");
     let good = model_toml(found(), &emps().0);
-    for (from, to, says) in [
-        ("[identified", "[other", "no table [identified]"),
+    for (from, to, expected) in [
+        ("[identified", "[other", "missing table [identified]"),
         ("\ninertia = ", "\ninertia = -", "identified.inertia = -"),
         ("\nlag = ", "\nlag = -", "identified.lag = -"),
         ("\nstiffness = ", "\nstifness = ", "unknown field `stifness`"),
@@ -374,7 +375,7 @@ fn a_model_file_that_is_none_is_refused_with_the_reason() {
         assert!(good.contains(from), "{from}");
         std::fs::write(&path, good.replace(from, to)).unwrap();
         let error = read_model(&path).unwrap_err().to_string();
-        assert!(error.contains("model.toml: ") && error.contains(says), "{error}");
+        assert!(error.contains("model.toml: ") && error.contains(expected), "{error}");
     }
 }
 
@@ -383,7 +384,7 @@ fn identified() -> IdentifiedModel {
 }
 
 #[test]
-fn on_its_own_recording_a_model_predicts_what_its_identification_said() {
+fn on_its_own_recording_a_model_has_the_error_of_its_identification() {
     let (machine, recording) = emps();
     let again = validate(recording, &identified(), machine, &Watch::silent()).unwrap();
     assert_eq!(again.closed_loop.unwrap().1, found().best().prediction.unwrap());
@@ -422,9 +423,9 @@ fn a_known_injected_signal_is_part_of_the_prediction() {
         let found = validate(&simulated, &identified(), machine, &Watch::silent()).unwrap();
         found.closed_loop.unwrap().1
     };
-    let mut told = machine.clone();
-    told.columns.injected = toml::from_str("name = \"w\"").ok();
-    let (with, without) = (error(&told), error(machine));
+    let mut with_signal = machine.clone();
+    with_signal.columns.injected = toml::from_str("name = \"w\"").ok();
+    let (with, without) = (error(&with_signal), error(machine));
     // Only the start differs: the state there is measured through a low-pass.
     assert!(with.voltage_error < 0.01, "{with:?}");
     assert!(without.voltage_error > 0.3 && without.position_rms > 20.0 * with.position_rms, "{without:?} {with:?}");

@@ -1,4 +1,4 @@
-//! An identified model on another recording: what it predicts there, and how far off it is.
+//! Validation of an identified model on another recording.
 
 use crate::IdentifyError;
 use std::path::Path;
@@ -14,10 +14,10 @@ use stickslip_base::report::{Provenance, Report};
 use stickslip_base::{Error, Summary, Watch};
 use stickslip_recording::Recording;
 
-/// A model's account of a recording that took no part in its identification.
+/// Errors of a model on a recording that was not used for its identification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Validation {
-    /// Which units the numbers have.
+    /// Kind of axis, which determines the units.
     pub axis: Axis,
     /// The recording in SI units.
     pub signals: Signals,
@@ -25,7 +25,7 @@ pub struct Validation {
     pub motion: Motion,
     /// The model.
     pub model: AxisModel<f64>,
-    /// What the closed loop would have done, and how far off; none where the controller is unknown.
+    /// Simulated closed loop and its error; none where the controller is unknown.
     pub closed_loop: Option<(ClosedLoop<f64>, Prediction)>,
     /// ‖F − F̂‖/‖F‖ of the force that the model gives the recorded motion.
     pub torque_error: f64,
@@ -37,7 +37,7 @@ pub struct Validation {
 /// controller is unknown, predicts the force from the recorded motion.
 ///
 /// # Errors
-/// A recording that cannot be read as the machine file says or is too short, a model of the other kind of axis;
+/// A recording that does not match the machine file or is too short, a model of the other kind of axis;
 /// [`Error::Cancelled`].
 pub fn validate(
     recording: &Recording,
@@ -47,7 +47,8 @@ pub fn validate(
 ) -> Result<Validation, Error> {
     watch.stage("simulate", 0.0)?;
     if identified.axis != machine.axis {
-        let message = format!("the model is of a {:?} axis, the machine of a {:?} one.", identified.axis, machine.axis);
+        let message =
+            format!("the axis of the model is {:?}, that of the machine {:?}.", identified.axis, machine.axis);
         return Err(IdentifyError::MachineFile { path: "model".into(), message: message.to_lowercase() }.into());
     }
     let signals = machine.signals(recording)?;
@@ -73,7 +74,7 @@ pub fn validate(
 }
 
 impl Validation {
-    /// `prediction.*`, as `stickslip identify` names them.
+    /// `prediction.*`, with the names of `stickslip identify`.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("validate");
         match &self.closed_loop {
@@ -90,14 +91,14 @@ impl Validation {
     pub fn verdict(&self) -> String {
         let Some((_, prediction)) = &self.closed_loop else {
             return format!(
-                "The controller is not known, so no closed loop is simulated. Of the recorded motion the model gives \
+                "The controller is not known, so no closed loop is simulated. For the recorded motion the model predicts \
                  the drive {} with an error of {}.",
                 self.force(),
                 limits::percent(self.torque_error)
             );
         };
         format!(
-            "Simulated with the known controller{}, the model gives the recorded command with an error of {} and the \
+            "Simulated with the known controller{}, the model predicts the recorded command with an error of {} and the \
              position within {} rms.",
             if self.signals.injected.is_some() { " and the injected signal" } else { "" },
             limits::percent(prediction.voltage_error),
@@ -127,7 +128,7 @@ impl Validation {
                     measured.iter().enumerate().map(|(i, v)| (time(i), *v)),
                 ))
                 .series(Series::line(Role::Fitted, "predicted", predicted.iter().map(|(i, p)| (time(*i), *p))));
-            let miss = Figure::new(format!("What the prediction of the {quantity} misses"))
+            let miss = Figure::new(format!("Error of the predicted {quantity}"))
                 .x(FigureAxis::new("time", "s"))
                 .y(FigureAxis::new(format!("error of the {quantity}"), unit))
                 .series(Series::line(Role::Trace(0), "measured − predicted", error));
@@ -141,16 +142,16 @@ impl Validation {
             let [both, miss] =
                 compared("Balance of forces", name, unit(self.axis, "offset"), &motion.smooth_force, predicted);
             return vec![
-                ("figure-force.svg", both, "The model gets the recorded motion alone.".into()),
+                ("figure-force.svg", both, "The model uses only the recorded motion.".into()),
                 ("figure-force-error.svg", miss, "Measured minus predicted.".into()),
             ];
         };
         let rows = |values: &[f64]| run.range.clone().zip(values.iter().copied()).collect::<Vec<_>>();
         let alone = match self.signals.injected {
             Some(_) => {
-                "The simulated loop gets the reference and the injected signal; the recorded command is not used."
+                "The simulated loop uses only the reference and the injected signal; the recorded command is not used."
             }
-            None => "The simulated loop gets the reference alone; the recorded command is not used.",
+            None => "The simulated loop uses only the reference; the recorded command is not used.",
         };
         let (signals, length) = (&self.signals, unit(self.axis, "position"));
         let [command, command_error] =

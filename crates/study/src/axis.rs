@@ -1,4 +1,4 @@
-//! What a study changes: a parameter or several, and the values that they take.
+//! Axes of a study: the parameters that change, and their values.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF as _, Normal};
@@ -10,42 +10,42 @@ use stickslip_base::preset::Preset;
 /// An axis of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// Its column.
+    /// Name of the column.
     pub name: String,
-    /// The parameters that it changes, all alike: of the machine (`plant`), of what is believed of it (`model`), or both.
+    /// Paths of the parameters that change together: of the machine (`plant`), of the model (`model`), or of both.
     pub paths: Vec<String>,
-    /// Whether its values multiply what the parameters are without it, instead of taking their place.
+    /// Whether the values multiply the parameters instead of replacing them.
     pub factor: bool,
-    /// SI unit of its values.
+    /// SI unit of the values.
     pub unit: String,
-    /// Which values there are.
+    /// Distribution of the values.
     pub spread: Spread,
 }
 
 /// The values of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Spread {
-    /// These, each as likely as the others.
+    /// Listed values, equally likely.
     Values(Vec<f64>),
-    /// All between two.
+    /// A uniform distribution between two values.
     Range {
         /// Smallest.
         low: f64,
         /// Largest.
         high: f64,
-        /// Evenly in the logarithm.
+        /// Whether the values are uniform in the logarithm.
         logarithmic: bool,
     },
     /// A normal distribution.
     Normal {
-        /// Its mean.
+        /// Mean.
         mean: f64,
-        /// Its standard deviation.
+        /// Standard deviation.
         sd: f64,
     },
     /// A normal distribution of the logarithm.
     LogNormal {
-        /// Its median, above 0.
+        /// Median, above 0.
         median: f64,
         /// Standard deviation of the logarithm: 0.01 is 1 %.
         sd: f64,
@@ -53,12 +53,12 @@ pub enum Spread {
 }
 
 impl Spread {
-    /// So many values evenly from the first to the last.
+    /// Evenly spaced values from the first to the last.
     pub(super) fn evenly(low: f64, high: f64, points: usize, logarithmic: bool) -> Self {
         let range = Spread::Range { low, high, logarithmic };
         let last = points.saturating_sub(1).max(1) as f64;
         let value = |k: usize| match k as f64 / last {
-            // The ends are those of the file, to the bit.
+            // The ends are exactly those of the file.
             0.0 => low,
             1.0 => high,
             place => range.at(place),
@@ -76,7 +76,8 @@ impl Spread {
         }
     }
 
-    /// The value so many standard deviations off the mean; NaN where there is no standard deviation.
+    /// The value at a distance from the mean in standard deviations; NaN for distributions without a standard
+    /// deviation.
     fn off(&self, off: f64) -> f64 {
         match self {
             Spread::Normal { mean, sd } => mean + sd * off,
@@ -85,11 +86,11 @@ impl Spread {
         }
     }
 
-    /// Share of the values that lie outside an interval; 0 where they have ends, which are looked at themselves.
+    /// Share of the values outside an interval; 0 for lists and ranges, whose ends are checked separately.
     pub(super) fn outside(&self, minimum: f64, maximum: f64) -> f64 {
         let (low, high) = match self {
             Spread::Normal { mean, sd } => ((minimum - mean) / sd, (maximum - mean) / sd),
-            // Of nothing and less the logarithm is −∞.
+            // The logarithm of 0 and less is taken as −∞.
             Spread::LogNormal { median, sd } => {
                 (libm::log(minimum.max(0.0) / median) / sd, libm::log(maximum.max(0.0) / median) / sd)
             }
@@ -98,7 +99,7 @@ impl Spread {
         Normal::standard().cdf(low) + Normal::standard().cdf(-high)
     }
 
-    /// The values where they are a list.
+    /// Listed values, if the axis has a list.
     pub(super) fn listed(&self) -> Option<&[f64]> {
         if let Spread::Values(values) = self { Some(values) } else { None }
     }
@@ -114,17 +115,17 @@ impl Spread {
 }
 
 impl Axis {
-    /// How many values a grid has of it; 0 where they cannot be counted.
+    /// Number of values on a grid; 0 if the values are not a list.
     pub(super) fn levels(&self) -> usize {
         if let Spread::Values(values) = &self.spread { values.len() } else { 0 }
     }
 
-    /// Its value at a place within 0 … 1.
+    /// Value at a place within 0 … 1.
     pub(super) fn value(&self, place: f64) -> f64 {
         self.spread.at(place)
     }
 
-    /// Makes its parameters so, those of them that `takes` admits.
+    /// Sets the parameters that `takes` admits.
     pub(super) fn apply(&self, value: f64, preset: &mut Preset<f64>, takes: impl Fn(&str) -> bool) {
         for path in self.paths.iter().filter(|path| takes(path)) {
             change(preset, path, |old| if self.factor { old * value } else { value });
@@ -136,7 +137,7 @@ impl Axis {
 pub(super) fn values(axes: &[Axis], place: &Place) -> Vec<f64> {
     match place {
         Place::Within(places) => axes.iter().zip(places).map(|(axis, place)| axis.value(*place)).collect(),
-        // Whoever made the plan has seen to it that each axis has a standard deviation.
+        // The check of the plan guarantees that each axis has a standard deviation.
         Place::Normal(offs) => axes.iter().zip(offs).map(|(axis, off)| axis.spread.off(*off)).collect(),
     }
 }

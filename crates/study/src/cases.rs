@@ -1,4 +1,4 @@
-//! Cases of a study side by side: parameters to measures.
+//! Cases of a study side by side: from parameters to measures.
 
 use std::ops::Range;
 
@@ -9,35 +9,35 @@ use stickslip_base::isolated::isolated;
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
 
-/// What is known so far of the measures of a manoeuvre in one case.
+/// Intermediate results of the measures of a manoeuvre in one case.
 #[derive(Clone, Debug, Default)]
-struct Found {
-    /// Of each run that came to its end, its measures.
+struct Partial {
+    /// Measures of each completed run.
     measures: Vec<Vec<f64>>,
     runs: usize,
-    /// Seeds of those that were stopped.
+    /// Seeds of the stopped runs.
     stopped: Vec<String>,
 }
 
-/// What is known of a machine.
+/// Measures of a machine.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Measured {
     /// Measures in their order, means over the seeds.
     pub(super) measures: Vec<Option<f64>>,
-    /// Why some are missing.
+    /// Reasons for missing measures.
     pub(super) failures: Vec<String>,
-    /// Step of the virtual machine [s], where it was chosen.
+    /// Step of the virtual machine [s], where the tolerance selected it.
     pub(super) step: Option<f64>,
     /// Share by which measures moved when it was last halved.
     pub(super) error: Option<f64>,
 }
 
-/// Rows of cases side by side. Where their computation panics, they are run one after the other: the case that does so has
-/// what it said as its failure, the others the numbers that they have beside anybody.
+/// Rows of cases side by side. If their computation panics, they run one after the other: the panicking case has the
+/// message as its failure, the others have the same numbers as before.
 ///
 /// # Errors
-/// What `run` refuses.
-pub(super) fn none_ends_others(
+/// Errors of `run`.
+pub(super) fn isolate_panics(
     cases: Range<u64>,
     run: impl Fn(Range<u64>) -> Result<Vec<Row>, Error>,
     lost: impl Fn(u64, String) -> Row,
@@ -56,13 +56,13 @@ pub(super) fn none_ends_others(
 }
 
 impl Work {
-    /// Runs cases one beside the other, counted from 0; what a case cannot do is said in its row. A row is a function of
-    /// its case's number, whoever is beside it.
+    /// Runs cases side by side, counted from 0; the failure of a case is in its row. A row is a function of the number
+    /// of its case alone.
     ///
     /// # Errors
     /// [`Error::Cancelled`] alone.
     pub(super) fn rows(&self, cases: Range<u64>, watch: &Watch) -> Result<Vec<Row>, Error> {
-        none_ends_others(cases, |cases| self.beside(cases, watch), |case, words| self.lost(case, &words))
+        isolate_panics(cases, |cases| self.beside(cases, watch), |case, words| self.lost(case, &words))
     }
 
     /// The row of a case whose computation panicked.
@@ -74,7 +74,7 @@ impl Work {
             measures: self.plan.measures().map(|_| None).collect(),
             step: None,
             error: None,
-            failure: Some(format!("the program failed: {words}. That is a fault of stickslip: please report it.")),
+            failure: Some(format!("internal error: {words}. Please report it.")),
         }
     }
 
@@ -95,11 +95,11 @@ impl Work {
                 }
             }
         }
-        let found = match plan.tolerance {
+        let measured = match plan.tolerance {
             Some(tolerance) => self.settled(&presets, tolerance, watch)?,
             None => self.measured(&presets, watch)?,
         };
-        for (place, Measured { measures, failures, step, error }) in at.into_iter().zip(found) {
+        for (place, Measured { measures, failures, step, error }) in at.into_iter().zip(measured) {
             let failure = (!failures.is_empty()).then(|| failures.join("; "));
             let row = &mut rows[place];
             *row = Row { measures, step, error, failure, ..std::mem::take(row) };
@@ -107,7 +107,7 @@ impl Work {
         Ok(rows)
     }
 
-    /// The measures of machines side by side, each with the steps that it states.
+    /// Measures of machines side by side, each with its own steps.
     ///
     /// # Errors
     /// [`Error::Cancelled`] alone.
@@ -116,34 +116,34 @@ impl Work {
         let machines: Vec<_> = presets.iter().collect();
         let mut all = vec![Measured::default(); machines.len()];
         for manoeuvre in &plan.manoeuvres {
-            let mut found = vec![Found::default(); machines.len()];
+            let mut partial = vec![Partial::default(); machines.len()];
             for (_, seed, chance) in plan.runs().filter(|(other, ..)| other == manoeuvre) {
                 let courses = run_abreast(&machines, *manoeuvre, seed, chance, watch)?;
                 for (place, course) in courses.into_iter().enumerate() {
-                    let found = &mut found[place];
-                    found.runs += 1;
+                    let partial = &mut partial[place];
+                    partial.runs += 1;
                     match course {
-                        Ok(Some(course)) => found.measures.push(manoeuvre.judge(&course, machines[place], chance)),
-                        Ok(None) => found.stopped.push(seed.to_string()),
+                        Ok(Some(course)) => partial.measures.push(manoeuvre.judge(&course, machines[place], chance)),
+                        Ok(None) => partial.stopped.push(seed.to_string()),
                         Err(error) => {
                             let text = format!("{}: {error}", manoeuvre.name());
-                            let told = &mut all[place].failures;
-                            told.extend((!told.contains(&text)).then_some(text));
+                            let failures = &mut all[place].failures;
+                            failures.extend((!failures.contains(&text)).then_some(text));
                         }
                     }
                 }
             }
-            for (place, Found { measures, runs, stopped }) in found.into_iter().enumerate() {
+            for (place, Partial { measures, runs, stopped }) in partial.into_iter().enumerate() {
                 if !stopped.is_empty() {
-                    let which = if runs > 1 { format!(" with seed {}", stopped.join(", ")) } else { String::new() };
-                    let what = "it did not follow, the supervision stopped it";
-                    all[place].failures.push(format!("{}{which}: {what}", manoeuvre.name()));
+                    let seeds = if runs > 1 { format!(" with seed {}", stopped.join(", ")) } else { String::new() };
+                    let what = "the supervision stopped it, since it did not follow the set-point";
+                    all[place].failures.push(format!("{}{seeds}: {what}", manoeuvre.name()));
                 }
-                // A mean over those that came to their end would hide the others.
+                // A mean over the completed runs alone would hide the stopped ones.
                 let whole = measures.len() == runs;
                 for index in 0..manoeuvre.measures().len() {
-                    let known = measures.iter().map(|values| values[index]).filter(|value| value.is_finite());
-                    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+                    let finite = measures.iter().map(|values| values[index]).filter(|value| value.is_finite());
+                    let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
                     all[place].measures.push((whole && count > 0.0).then(|| sum / count));
                 }
             }

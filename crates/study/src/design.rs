@@ -1,7 +1,7 @@
-//! Which cases a study has: designs from the number of a case to a place of each axis.
+//! Designs of a study: from the number of a case to a place on each axis.
 //!
 //! A place is a number within 0 … 1, which the axis turns into its value. Each case follows from its number alone, so
-//! that a study of millions of cases takes no memory and any part of it can be run by itself.
+//! that a study of millions of cases takes no memory and any part of it can be run separately.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::{Axis, sobol};
 use stickslip_base::noise::Normals;
 use stickslip_base::statistics::splitmix;
 
-/// How the cases lie.
+/// Distribution of the cases.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Design {
     /// Each value of each axis with each of the others; the last axis changes first.
@@ -18,7 +18,7 @@ pub enum Design {
     LatinHypercube {
         /// Cases.
         samples: u64,
-        /// Of the chance.
+        /// Seed.
         seed: u64,
     },
     /// Sobol's sequence: even, the same each time, and each doubling keeps what there is.
@@ -30,18 +30,18 @@ pub enum Design {
     Normal {
         /// Cases.
         samples: u64,
-        /// Of the chance.
+        /// Seed.
         seed: u64,
         /// Lower triangle L of the correlation of the axes, L·Lᵀ, row by row.
         factor: Vec<Vec<f64>>,
     },
-    /// Trajectories that change one axis after the other (Morris 1991), from a begin that is drawn.
+    /// Trajectories that change one axis after the other (Morris 1991), from a random start.
     Morris {
-        /// How many of them.
+        /// Number of trajectories.
         trajectories: u64,
-        /// Places of an axis; an even number.
+        /// Levels of an axis; an even number.
         levels: u64,
-        /// Of the chance.
+        /// Seed.
         seed: u64,
     },
     /// For Sobol's indices: two samples A and B, and A with one column after the other of B (Saltelli et al. 2010).
@@ -51,7 +51,7 @@ pub enum Design {
     },
 }
 
-/// Where a case lies: within 0 … 1 on each axis, or so many standard deviations off its mean.
+/// Place of a case: within 0 … 1 on each axis, or in standard deviations off the mean.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Place {
     Within(Vec<f64>),
@@ -59,7 +59,7 @@ pub(super) enum Place {
 }
 
 impl Design {
-    /// Cases; `None` where there are more than can be counted.
+    /// Number of cases; `None` where it overflows.
     pub(super) fn cases(&self, axes: &[Axis]) -> Option<u64> {
         let count = axes.len() as u64;
         match self {
@@ -72,14 +72,14 @@ impl Design {
         }
     }
 
-    /// Where the case of this number lies.
+    /// Place of the case of this number.
     pub(super) fn place(&self, case: u64, axes: &[Axis]) -> Place {
         let count = axes.len();
         let all = 0..count;
         Place::Within(match self {
             Design::Grid => grid(case, axes),
             Design::LatinHypercube { samples, seed } => all.map(|axis| latin(case, axis, *samples, *seed)).collect(),
-            // Whoever made the plan has seen to it that a case is a point of the sequence.
+            // The check of the plan guarantees that each case is a point of the sequence.
             Design::Sobol { .. } => all.map(|axis| sobol::coordinate(case as u32, axis)).collect(),
             Design::Normal { seed, factor, .. } => {
                 let normals = Normals::new(*seed);
@@ -119,7 +119,7 @@ fn grid(case: u64, axes: &[Axis]) -> Vec<f64> {
     places
 }
 
-/// Where a chance for itself begins, whatever was drawn before; what [`splitmix`] makes of it is mixed, itself is not.
+/// Start of an independent random stream; only outputs of [`splitmix`] are mixed, not its state.
 fn state(seed: u64, stream: u64, number: u64) -> u64 {
     let mut state = seed;
     let mut state = splitmix(&mut state) ^ stream.wrapping_mul(0xD6E8_FEB8_6659_FD93);
@@ -136,8 +136,8 @@ fn latin(case: u64, axis: usize, samples: u64, seed: u64) -> f64 {
     (part as f64 + uniform(&mut state(seed, axis as u64, case + 1))) / samples as f64
 }
 
-/// Where a permutation of 0 … count − 1 puts a number: a Feistel network over as few bits as hold the count, again until
-/// the number is one of them (Black and Rogaway 2002).
+/// Position of a number in a permutation of 0 … count − 1: a Feistel network over the bits of the count, repeated until
+/// the result is below the count (Black and Rogaway 2002).
 fn permuted(number: u64, count: u64, key: u64) -> u64 {
     let half = (64 - (count - 1).leading_zeros()).div_ceil(2).max(1);
     let mask = (1_u64 << half) - 1;
@@ -154,18 +154,18 @@ fn permuted(number: u64, count: u64, key: u64) -> u64 {
     }
 }
 
-/// The case after `step` steps of a trajectory: its begin is on the lower or upper half of an even number of levels, and
-/// each step takes one axis over to the other half.
+/// The case after `step` steps of a trajectory: it starts on the lower or upper half of an even number of levels, and
+/// each step moves one axis to the other half.
 fn morris(trajectory: u64, step: usize, axes: usize, levels: u64, seed: u64) -> Vec<f64> {
     let mut state = state(seed, u64::MAX, trajectory);
     let half = levels / 2;
-    let begins: Vec<u64> = (0..axes).map(|_| splitmix(&mut state) % levels).collect();
+    let starts: Vec<u64> = (0..axes).map(|_| splitmix(&mut state) % levels).collect();
     let mut order: Vec<usize> = (0..axes).collect();
     for last in (1..axes).rev() {
         order.swap(last, (splitmix(&mut state) % (last as u64 + 1)) as usize);
     }
     let moved = |axis: usize| order[..step].contains(&axis);
-    let level = |axis: usize| if moved(axis) { (begins[axis] + half) % levels } else { begins[axis] };
+    let level = |axis: usize| if moved(axis) { (starts[axis] + half) % levels } else { starts[axis] };
     (0..axes).map(|axis| level(axis) as f64 / (levels - 1) as f64).collect()
 }
 
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_have_the_correlation_asked_for() {
+    fn normals_have_the_stated_correlation() {
         let factor = vec![vec![1.0, 0.0], vec![0.8, 0.6]];
         let (design, axes) = (Design::Normal { samples: 20_000, seed: 5, factor }, axes(&[2, 2]));
         let mut sums = [0.0; 5];
@@ -248,7 +248,7 @@ mod tests {
     fn a_trajectory_moves_each_axis_once_by_half_of_the_levels() {
         let (levels, axes) = (4, axes(&[2; 5]));
         let design = Design::Morris { trajectories: 20, levels, seed: 9 };
-        let mut begins = std::collections::BTreeSet::new();
+        let mut starts = std::collections::BTreeSet::new();
         for trajectory in 0..20 {
             let cases: Vec<Vec<f64>> = (0..6).map(|step| within(&design, trajectory * 6 + step, &axes)).collect();
             let mut moved: Vec<usize> = cases
@@ -262,9 +262,9 @@ mod tests {
                 .collect();
             moved.sort_unstable();
             assert_eq!(moved, [0, 1, 2, 3, 4]);
-            begins.insert(format!("{:?}", cases[0]));
+            starts.insert(format!("{:?}", cases[0]));
         }
-        assert!(begins.len() > 15, "begins differ");
+        assert!(starts.len() > 15, "starts differ");
     }
 
     #[test]

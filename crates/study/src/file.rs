@@ -1,4 +1,4 @@
-//! The file of a study, in TOML: read, checked against the preset, all before anything runs.
+//! The file of a study, in TOML: read and checked against the preset before anything runs.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ use stickslip_base::parameters::{self, Fault, ParameterProblems, Problem, preset
 use stickslip_base::preset::Preset;
 use stickslip_fit::uncertainty;
 
-/// What a file says.
+/// Contents of the file.
 #[derive(Debug, Deserialize)]
 pub(super) struct Stated {
     title: Option<String>,
@@ -37,7 +37,7 @@ pub(super) struct Stated {
     pub(super) axis: Vec<StatedAxis>,
 }
 
-/// What it says of the design.
+/// The design in the file.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct StatedDesign {
     #[serde(default)]
@@ -61,7 +61,7 @@ pub(super) enum Kind {
     Saltelli,
 }
 
-/// What it says of an axis.
+/// An axis in the file.
 #[derive(Debug, Deserialize)]
 pub(super) struct StatedAxis {
     pub(super) name: Option<String>,
@@ -77,7 +77,7 @@ pub(super) struct StatedAxis {
     pub(super) sd: Option<f64>,
 }
 
-/// What it says of parameters that a fit knows together.
+/// Fitted parameters with a joint distribution in the file.
 #[derive(Debug, Deserialize)]
 pub(super) struct StatedFit {
     pub(super) file: PathBuf,
@@ -116,11 +116,11 @@ const DESIGN: [&str; 6] = ["kind", "samples", "trajectories", "levels", "seed", 
 const FIT: [&str; 2] = ["file", "path"];
 const AXIS: [&str; 9] = ["name", "path", "factor", "values", "range", "points", "logarithmic", "mean", "sd"];
 
-/// Share by which measures may move when the step is halved, where nothing is said.
+/// Default share by which measures may move when the step is halved.
 const TOLERANCE: f64 = 0.01;
-/// What may be said instead.
+/// Allowed tolerances.
 const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
-/// Who states it has steps of their own, as long as they say.
+/// Parameter of the step; a study that states it has no tolerance.
 const STEP: &str = "bench.plant_step";
 
 /// Largest number of seeds or places.
@@ -129,21 +129,20 @@ const REPEATS: u64 = 1000;
 /// Reads the file of a study.
 ///
 /// # Errors
-/// [`Error::File`]; [`Error::Parameters`] with keys and paths that are not known, and values that the preset does not
-/// admit; [`Error::Document`] with what does not go together, in the file or in that of a fit; what reading preset and
-/// controller refuses.
+/// [`Error::File`]; [`Error::Parameters`] with unknown keys and paths, and with values that the preset does not admit;
+/// [`Error::Document`] with contradictions in the file or in that of a fit; errors of reading preset and controller.
 pub fn read(path: &Path) -> Result<Plan, Error> {
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
-    Text { path, text: &text, tells_lines: true }.plan(None)
+    Text { path, text: &text, has_lines: true }.plan(None)
 }
 
-/// Reads a study whose text was made by a program, which messages call `study`; their lines would tell nobody anything. A
-/// machine takes the place of the preset that the text names.
+/// Reads a study whose text was made by a program. Messages call it `study` and omit line numbers. A machine replaces
+/// the preset of the text.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_text(text: &str, machine: Option<presets::Source>) -> Result<Plan, Error> {
-    Text { path: Path::new("study"), text, tells_lines: false }.plan(machine)
+    Text { path: Path::new("study"), text, has_lines: false }.plan(machine)
 }
 
 impl Text<'_> {
@@ -165,13 +164,13 @@ impl Text<'_> {
 
 fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) -> Result<Plan, Error> {
     let entrant = stated.controller.as_deref().map(Entrant::find).transpose()?;
-    let named = machine.as_ref().map_or_else(|| stated.preset.clone(), |source| stem(Path::new(&source.file)));
+    let name = machine.as_ref().map_or_else(|| stated.preset.clone(), |source| stem(Path::new(&source.file)));
     let mut preset = machine.map_or_else(|| presets::find(&stated.preset), Ok)?;
     let mut settings = Vec::new();
     flat(&stated.set, "", &mut settings);
     if let Some((path, _)) = settings.iter().find(|(path, _)| entrant.is_some() && of_entrant(path)) {
-        let reason = format!("[set] says {path}, and the controller brings its own");
-        return Err(source.wrong("set", reason, "Leave one of them out, or name a parameter file as controller."));
+        let reason = format!("[set] sets {path}, which the controller sets too");
+        return Err(source.wrong("set", reason, "Remove one of them, or name a parameter file as controller."));
     }
     if !settings.is_empty() {
         preset.text = parameters::set_all::<Preset<f64>>(&preset.text, &preset.file, &settings)?;
@@ -180,7 +179,7 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
     let places = stated.places.unwrap_or(stated.seeds);
     if !(1..=REPEATS).contains(&stated.seeds) || !(1..=REPEATS).contains(&places) {
         let reason = format!("seeds = {} and places = {places} must be within 1 … {REPEATS}", stated.seeds);
-        return Err(source.wrong("seeds", reason, "One will do where nothing but the parameters matters."));
+        return Err(source.wrong("seeds", reason, "Use 1 for both if only the parameters matter."));
     }
     let own_step = settings.iter().any(|(path, _)| path == STEP)
         || stated.axis.iter().any(|axis| axis.path.all().iter().any(|path| path == STEP));
@@ -188,7 +187,7 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
     let preset: Preset<f64> = preset.read()?;
     let mut plan = Plan {
         title: stated.title.clone().unwrap_or_else(|| stem(source.path)),
-        machine: named,
+        machine: name,
         preset,
         entrant,
         manoeuvres,
@@ -212,7 +211,7 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
 fn manoeuvres(stated: &Stated, source: &Text<'_>) -> Result<Vec<Manoeuvre>, Error> {
     let names = MANOEUVRES.map(|manoeuvre| manoeuvre.name());
     let manoeuvre = |name: &String| {
-        let index = names.iter().position(|known| known == name);
+        let index = names.iter().position(|manoeuvre| manoeuvre == name);
         index.map(|index| MANOEUVRES[index]).ok_or_else(|| Error::NothingToCompare {
             what: "manoeuvre",
             name: name.clone(),
@@ -225,20 +224,20 @@ fn manoeuvres(stated: &Stated, source: &Text<'_>) -> Result<Vec<Manoeuvre>, Erro
         return Err(source.wrong(
             "manoeuvres",
             "each manoeuvre once, and at least one".into(),
-            "Name some, once each.",
+            "List at least one, each once.",
         ));
     }
     Ok(manoeuvres)
 }
 
-/// The tolerance that chooses the steps; `None` where the study states the step itself.
+/// The tolerance that selects the steps; `None` where the study states the step itself.
 fn tolerance(stated: &Stated, source: &Text<'_>, own_step: bool) -> Result<Option<f64>, Error> {
     match stated.tolerance {
         None if own_step => Ok(None),
         None => Ok(Some(TOLERANCE)),
         Some(_) if own_step => {
-            let reason = format!("the steps are chosen by the tolerance, and {STEP} is stated besides");
-            Err(source.wrong("tolerance", reason, "Leave one of them out."))
+            let reason = format!("both the tolerance and {STEP} are stated, and the tolerance selects the step");
+            Err(source.wrong("tolerance", reason, "Remove one of them."))
         }
         Some(tolerance) if TOLERANCES.contains(&tolerance) => Ok(Some(tolerance)),
         Some(tolerance) => {
@@ -257,10 +256,10 @@ fn check_sequence(plan: &Plan, cases: u64, source: &Text<'_>) -> Result<(), Erro
     };
     if dimensions > sobol::dimensions() || points > 1 << 32 {
         let reason = format!(
-            "{dimensions} dimensions and {points} points of Sobol's sequence, there are {} and 2^32",
+            "{dimensions} dimensions and {points} points of Sobol's sequence; the limits are {} and 2^32",
             sobol::dimensions()
         );
-        return Err(source.wrong("design", reason, "Take fewer axes or samples, or a Latin hypercube."));
+        return Err(source.wrong("design", reason, "Use fewer axes or samples, or a Latin hypercube."));
     }
     Ok(())
 }
@@ -284,7 +283,7 @@ fn literal(value: &toml::Value) -> String {
         toml::Value::Float(number) => format!("{number:?}"),
         toml::Value::Boolean(flag) => flag.to_string(),
         toml::Value::Array(list) => format!("[{}]", list.iter().map(literal).collect::<Vec<_>>().join(", ")),
-        // No parameter is one of these: the reader of the preset says so.
+        // Never a parameter: the reader of the preset reports it.
         toml::Value::Datetime(time) => time.to_string(),
         toml::Value::String(_) | toml::Value::Table(_) => String::new(),
     }
@@ -294,8 +293,8 @@ fn literal(value: &toml::Value) -> String {
 pub(super) struct Text<'a> {
     path: &'a Path,
     text: &'a str,
-    /// Whether a reader knows the lines.
-    tells_lines: bool,
+    /// Whether messages have line numbers.
+    has_lines: bool,
 }
 
 /// The name of a file without its ending.
@@ -304,20 +303,20 @@ fn stem(path: &Path) -> String {
 }
 
 impl Text<'_> {
-    /// The file, as messages call it.
+    /// Name of the file in messages.
     pub(super) fn file(&self) -> String {
         self.path.display().to_string()
     }
 
-    /// Line and column of a byte, from 1, where they say something.
+    /// Line and column of a byte, from 1, if messages have them.
     fn place(&self, offset: usize) -> Option<[usize; 2]> {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line = before.bytes().filter(|byte| *byte == b'\n').count();
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count();
-        self.tells_lines.then_some([line + 1, column + 1])
+        self.has_lines.then_some([line + 1, column + 1])
     }
 
-    /// Where a key of the file stands, as `seeds`, `design` or `axis.0`.
+    /// Place of a key of the file, as `seeds`, `design` or `axis.0`.
     pub(super) fn place_of(&self, key: &str) -> Option<[usize; 2]> {
         let document = Document::parse(self.text).ok()?;
         let (key, index) = key.split_once('.').unwrap_or((key, ""));
@@ -328,14 +327,14 @@ impl Text<'_> {
         span.and_then(|span| self.place(span.start))
     }
 
-    /// What does not go together, with its place.
+    /// An error of the document, with its place.
     pub(super) fn wrong(&self, key: &str, reason: String, remedy: &'static str) -> Error {
         Error::Document { path: self.path.into(), place: self.place_of(key), reason, remedy }
     }
 
-    /// Refuses keys that nothing is read from.
+    /// Refuses unknown keys.
     fn known_keys(&self) -> Result<(), Error> {
-        // What is no TOML is told by who reads it.
+        // Invalid TOML is reported by the parser.
         let Ok(document) = Document::parse(self.text) else { return Ok(()) };
         let mut problems = self.unknown(document.as_table(), "", &KEYS);
         if let Some(design) = document.get("design").and_then(toml_edit::Item::as_table_like) {

@@ -1,16 +1,16 @@
-//! Parameter studies on the virtual bench: what becomes of a manoeuvre when parameters of the machine, of the belief or of
-//! the controller change.
+//! Parameter studies on the virtual bench: how the measures of a manoeuvre depend on parameters of the machine, of the
+//! model or of the controller.
 //!
-//! A [`Plan`] names a machine, who drives it ([`Entrant`](crate::benchmark::Entrant)), manoeuvres with their measures
-//! ([`Manoeuvre`](crate::benchmark::Manoeuvre)), axes of parameters, and a [`Design`]: a grid, a sample, or what a
-//! sensitivity analysis asks for. [`read`] reads it from a file. Truth and belief are apart in the parameters, so that an
-//! axis changes the machine, what is believed of it, or both.
+//! A [`Plan`] names a machine, a controller ([`Entrant`](crate::benchmark::Entrant)), manoeuvres with their measures
+//! ([`Manoeuvre`](crate::benchmark::Manoeuvre)), axes of parameters, and a [`Design`]: a grid, a sample, or the cases
+//! of a sensitivity analysis. [`read`] reads it from a file. Machine and model have separate parameters, so that an
+//! axis changes the machine, the model, or both.
 //!
-//! The step of the virtual machine is the program's choice, case by case, so that no measure moves by more than the
-//! tolerance of the plan when it is halved; what is left is in each row.
+//! The step of the virtual machine is selected for each case, so that no measure moves by more than the tolerance of
+//! the plan when it is halved; the remaining error is in each row.
 //!
-//! Each case is a function of its number: threads, order, lanes and interruptions do not show in the result. [`run_study`]
-//! runs them here; [`Parts`] hands the [`Work`] to whoever will.
+//! Each case is a function of its number: the result does not depend on threads, order, lanes and interruptions.
+//! [`run_study`] runs the cases here; [`Parts`] hands the [`Work`] to other machines.
 #![forbid(unsafe_code)]
 
 mod axis;
@@ -42,16 +42,16 @@ pub use run::{Parts, run_study};
 pub use table::Row;
 pub use work::Work;
 
-/// What came out.
+/// Outcome of a study.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// What was asked for.
+    /// The plan.
     pub plan: Plan,
-    /// Its file, one row a case.
+    /// The file of the study, one row for each case.
     pub file: PathBuf,
-    /// Cases.
+    /// Number of cases.
     pub cases: u64,
-    /// Those of them that an earlier run had left.
+    /// Cases reused from an earlier run.
     pub kept: u64,
 }
 

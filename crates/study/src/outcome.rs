@@ -1,4 +1,4 @@
-//! What a study came to: its rows, and the numbers over all of them.
+//! Results of a study: its rows, and statistics over all of them.
 
 use super::pictures::{Picture, Sensitivity};
 use super::table::{CASE, Columns, Row, each};
@@ -12,7 +12,7 @@ use stickslip_base::{Error, Summary};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Range {
     pub(super) measure: &'static Measure,
-    /// Cases that have a number.
+    /// Cases with a finite number.
     pub(super) known: u64,
     sum: f64,
     /// Smallest number and its case.
@@ -22,36 +22,36 @@ pub(super) struct Range {
 }
 
 impl Range {
-    /// Mean over the cases that have a number.
+    /// Mean over the cases with a finite number.
     pub(super) fn mean(&self) -> f64 {
         self.sum / self.known as f64
     }
 }
 
-/// What is known of the errors of all cases, where their steps were chosen.
+/// Errors of all cases, where the tolerance selected their steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Accuracy {
     pub(super) tolerance: f64,
     /// Cases whose measures still moved by more than the tolerance.
     pub(super) beyond: u64,
-    /// By how much most of all, and in which case.
+    /// Largest error, and its case.
     pub(super) worst: (f64, u64),
     /// Shortest and longest step [s].
     pub(super) steps: [f64; 2],
 }
 
-/// What is known of all cases together.
+/// Statistics over all cases.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Overview {
     pub(super) ranges: Vec<Range>,
     pub(super) accuracy: Option<Accuracy>,
     /// Cases with a failure.
     pub(super) failed: u64,
-    /// Reasons as they were first met, with their cases and how many more there are of the same.
+    /// Reasons in order of occurrence, with their first case and the number of further cases.
     pub(super) reasons: Vec<(String, u64, u64)>,
 }
 
-/// How many reasons are told.
+/// Largest number of listed reasons.
 const REASONS: usize = 8;
 
 impl Overview {
@@ -94,7 +94,7 @@ impl Overview {
         }
         let Some(reason) = &row.failure else { return };
         self.failed += 1;
-        // Numbers differ from case to case; the words before them say what it is.
+        // Numbers differ from case to case; the words before them identify the reason.
         let kind = |text: &str| text.chars().filter(|letter| !letter.is_ascii_digit()).take(40).collect::<String>();
         match self.reasons.iter().position(|(other, ..)| kind(other) == kind(reason)) {
             Some(index) => self.reasons[index].2 += 1,
@@ -104,7 +104,7 @@ impl Overview {
     }
 }
 
-/// What a study came to: numbers, words, pictures. They are made of its rows once, whoever shows them.
+/// Results of a study: numbers, sentences, pictures, computed once from its rows.
 #[derive(Clone, Debug)]
 pub struct Findings {
     pub(super) outcome: Outcome,
@@ -114,16 +114,16 @@ pub struct Findings {
 }
 
 impl Outcome {
-    /// Calls with all rows, a group at a time.
+    /// Calls with all rows, one group at a time.
     pub(super) fn each(&self, mut take: impl FnMut(&Row)) -> Result<(), Error> {
         each(&self.file, &Columns::of(&self.plan), |rows| rows.iter().for_each(&mut take))
     }
 
-    /// The rows as columns: the number of the case from 1, the axes, the measures, and where it was chosen the step with
-    /// its error; NaN where there is no number.
+    /// The rows as columns: the number of the case from 1, the axes, the measures, and, with a tolerance, the step and
+    /// its error; NaN for missing numbers.
     ///
     /// # Errors
-    /// [`Error::File`], and [`Error::Recording`] where the file of the study was changed.
+    /// [`Error::File`], and [`Error::Recording`] where the file of the study has changed.
     pub fn columns(&self) -> Result<Vec<Column>, Error> {
         let named = Columns::of(&self.plan);
         let empty = |(name, unit): (&str, &str)| Column { name: name.into(), unit: unit.into(), values: Vec::new() };
@@ -136,7 +136,7 @@ impl Outcome {
         Ok(columns)
     }
 
-    /// Cases with a failure, and why.
+    /// Failed cases with their reasons.
     ///
     /// # Errors
     /// As [`columns`](Self::columns).
@@ -146,7 +146,7 @@ impl Outcome {
         Ok(failures)
     }
 
-    /// What all rows come to.
+    /// Statistics, sentences and pictures of all rows.
     ///
     /// # Errors
     /// As [`columns`](Self::columns).
@@ -198,42 +198,42 @@ impl Findings {
         summary
     }
 
-    /// What came out, in words.
-    pub fn told(&self) -> String {
+    /// Main results, in sentences.
+    pub fn sentences(&self) -> String {
         let Findings { outcome, overview, .. } = self;
         let count = |count: u64, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
-        let mut told = vec![format!("{} on {}.", count(outcome.cases, "case", "cases"), outcome.plan.machine)];
+        let mut sentences = vec![format!("{} on {}.", count(outcome.cases, "case", "cases"), outcome.plan.machine)];
         for range in overview.ranges.iter().filter(|range| range.known > 0) {
-            let said = |value: f64| tied(&Estimate::new(value, range.measure.unit));
-            told.push(format!(
+            let quantity = |value: f64| tied(&Estimate::new(value, range.measure.unit));
+            sentences.push(format!(
                 "{}: {} (case {}) to {} (case {}).",
                 range.measure.title,
-                said(range.smallest.0),
+                quantity(range.smallest.0),
                 range.smallest.1,
-                said(range.largest.0),
+                quantity(range.largest.0),
                 range.largest.1
             ));
         }
-        told.extend(self.accuracy());
+        sentences.extend(self.accuracy());
         if overview.failed > 0 {
-            told.push(format!("{} failed; the column failure says why.", count(overview.failed, "case", "cases")));
+            sentences.push(format!("{} failed; see the column failure.", count(overview.failed, "case", "cases")));
         }
-        told.join(" ")
+        sentences.join(" ")
     }
 
-    /// What the chosen steps are worth, in words.
+    /// Accuracy of the selected steps, in a sentence.
     fn accuracy(&self) -> Option<String> {
         let Accuracy { tolerance, beyond, worst, steps } = self.overview.accuracy.filter(|it| it.worst.1 > 0)?;
         let percent = |share: f64| format!("{} %", rough(100.0 * share));
         let microseconds = |step: f64| rough(1e6 * step);
         let [shortest, longest] = steps.map(microseconds);
         let of = if shortest == longest { shortest } else { format!("{shortest} to {longest}") };
-        let all = format!("Steps of {of} µs; twice as long they move");
+        let all = format!("Steps of {of} µs; doubling them changes");
         Some(match beyond {
-            0 => format!("{all} no measure by more than {} (asked: {}).", percent(worst.0), percent(tolerance)),
+            0 => format!("{all} no measure by more than {} (tolerance: {}).", percent(worst.0), percent(tolerance)),
             beyond => format!(
-                "{all} the measures by up to {} (case {}). In {beyond} of the cases that is more than the {} asked for, \
-                 and finer steps made it no less: where noise or single counts decide, means over more seeds are steadier.",
+                "{all} the measures by up to {} (case {}). In {beyond} of the cases that exceeds the tolerance of {}, \
+                 and finer steps did not reduce it: where noise or single counts dominate, use means over more seeds.",
                 percent(worst.0),
                 worst.1,
                 percent(tolerance)

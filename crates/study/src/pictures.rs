@@ -9,9 +9,9 @@ use stickslip_base::quantity::Estimate;
 use stickslip_base::report::{Cell, Table};
 use stickslip_base::{Error, Summary};
 
-/// Cases of a cloud; of more, every so many.
+/// Largest number of cases in a cloud; of more cases, a regular selection is drawn.
 const CLOUD: u64 = 2000;
-/// Ratio of an axis' values from which on their logarithm is drawn.
+/// Ratio of an axis' largest to smallest value above which it is drawn logarithmically.
 const DECADES: f64 = 50.0;
 
 /// A picture with its caption.
@@ -21,7 +21,7 @@ pub(super) enum Picture {
     Map(Map, String),
 }
 
-/// Whether the logarithm of an axis is drawn: where its values lie evenly in it, or over decades.
+/// Whether an axis is drawn logarithmically: where its values are even in the logarithm, or cover decades.
 fn is_logarithmic(axis: &Axis) -> bool {
     let ends = axis.spread.extremes();
     let (low, high) =
@@ -30,7 +30,7 @@ fn is_logarithmic(axis: &Axis) -> bool {
     low > 0.0 && (is_even || high / low >= DECADES)
 }
 
-/// An axis of a study as one of a figure.
+/// An axis of a study as an axis of a figure.
 fn drawn(axis: &Axis) -> FigureAxis {
     let drawn = FigureAxis::new(axis.name.clone(), axis.unit.clone());
     if is_logarithmic(axis) { drawn.logarithmic() } else { drawn }
@@ -54,8 +54,8 @@ impl Outcome {
                 let axes = [axis(columns), axis(rows), value];
                 let unit = stickslip_base::quantity::unit(measure.unit);
                 let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
-                let failed = if values.contains(&None) { " Cells without a number failed." } else { "" };
-                let caption = format!("{}{unit}; the stronger the colour, the more.{failed}", measure.title);
+                let failed = if values.contains(&None) { " Empty cells: failed cases." } else { "" };
+                let caption = format!("{}{unit}; a stronger colour is a larger value.{failed}", measure.title);
                 Picture::Map(Map::new(title, axes, [of_columns.clone(), of_rows.clone()], values), caption)
             };
             return Ok(measures.iter().zip(values).map(map).collect());
@@ -76,25 +76,25 @@ impl Outcome {
                 if alone && self.plan.design == Design::Grid {
                     figure = figure.series(Series::line(Role::Fitted, "between them", points.iter().copied()));
                 }
-                let known = points.iter().filter(|point| point.1.is_finite()).count();
+                let count = points.iter().filter(|point| point.1.is_finite()).count();
                 figure = figure.series(Series::points(Role::Reference, "cases", points).large());
                 let part = if every > 1 { format!(" One of {every} cases is drawn.") } else { String::new() };
-                let caption = format!("{}: {known} cases with a number.{part}", measure.title);
+                let caption = format!("{}: {count} cases with a number.{part}", measure.title);
                 figures.push(Picture::Figure(figure, caption));
             }
         }
         Ok(figures)
     }
 
-    /// What the design tells of the axes, for each measure of which it tells something.
+    /// Sensitivities to the axes for each measure, if the design yields them.
     pub(super) fn sensitivities(&self) -> Result<Vec<Sensitivity>, Error> {
         if !matches!(self.plan.design, Design::Morris { .. } | Design::Saltelli { .. }) {
             return Ok(Vec::new());
         }
         let (axes, design) = (&self.plan.axes, &self.plan.design);
-        let mut found = Vec::new();
+        let mut sensitivities = Vec::new();
         for (index, measure) in self.plan.measures().enumerate() {
-            // One measure after the other: a column has room where the table has none.
+            // One measure after the other: one column fits in memory where the table does not.
             let mut values = Vec::new();
             self.each(|row| values.push(row.measures[index].unwrap_or(f64::NAN)))?;
             let places = |case| match design.place(case, axes) {
@@ -106,13 +106,13 @@ impl Outcome {
                 sobol_indices(axes.len(), &values).map(SensitivityKind::Indices)
             };
             let names: Vec<String> = axes.iter().map(|axis| axis.name.clone()).collect();
-            found.extend(kind.map(|kind| Sensitivity { measure, names, kind }));
+            sensitivities.extend(kind.map(|kind| Sensitivity { measure, names, kind }));
         }
-        Ok(found)
+        Ok(sensitivities)
     }
 }
 
-/// How much each axis matters to a measure.
+/// Sensitivity of a measure to each axis.
 #[derive(Clone, Debug)]
 pub(super) struct Sensitivity {
     measure: &'static Measure,
@@ -126,19 +126,19 @@ enum SensitivityKind {
     Indices(Vec<Indices>),
 }
 
-/// How far a second number of an axis stands beside the first.
+/// Horizontal offset of the second number of an axis from the first.
 const BESIDE: f64 = 0.08;
 
-/// Numbers over 1, 2, … with their intervals, which need not lie evenly about them.
+/// Numbers over 1, 2, … with their intervals, which need not be symmetric.
 fn with_intervals(
     figure: Figure,
     role: Role,
     name: &str,
-    beside: f64,
+    offset: f64,
     numbers: impl Iterator<Item = (f64, [f64; 2])>,
 ) -> Figure {
     let numbers: Vec<(f64, f64, [f64; 2])> =
-        numbers.enumerate().map(|(k, (value, ends))| ((k + 1) as f64 + beside, value, ends)).collect();
+        numbers.enumerate().map(|(k, (value, ends))| ((k + 1) as f64 + offset, value, ends)).collect();
     let ends = numbers.iter().flat_map(|&(x, _, [low, high])| [(x, low), (x, high), (x, f64::NAN)]);
     figure
         .series(Series::line(role, format!("{name}, 95 %"), ends))
@@ -153,7 +153,7 @@ impl Sensitivity {
         }
     }
 
-    /// Numbers over that of the axis, which stands beside it.
+    /// Numbers over the number of the axis.
     pub(super) fn figure(&self) -> Figure {
         let place = |k: usize| (k + 1) as f64;
         let count = self.names.len() as f64;
@@ -172,7 +172,7 @@ impl Sensitivity {
                 let figure = figure.y(FigureAxis::new("share of the variance", "1"));
                 let first = indices.iter().map(|it| (it.first.value, it.first.ci95));
                 let total = indices.iter().map(|it| (it.total.value, it.total.ci95));
-                let figure = with_intervals(figure, Role::Fitted, "by itself", 0.0, first);
+                let figure = with_intervals(figure, Role::Fitted, "alone", 0.0, first);
                 with_intervals(figure, Role::Desired, "with all others", BESIDE, total)
             }
         }
@@ -181,13 +181,13 @@ impl Sensitivity {
     pub(super) fn caption(&self) -> String {
         match self.kind {
             SensitivityKind::Effects(_) => format!(
-                "μ* is the mean magnitude of what {} changes by when an axis goes over its whole range, σ how much that \
-                 differs from place to place: large where the axis is curved, or acts together with others.",
+                "μ* is the mean magnitude of the change of {} when an axis covers its whole range, σ how much that \
+                 varies over the range: large where the axis has a nonlinear effect or interacts with others.",
                 self.measure.title
             ),
             SensitivityKind::Indices(_) => format!(
-                "Share of the variance of {} that an axis makes by itself, and with all others together; the rest between \
-                 the two is what it does only with others.",
+                "Share of the variance of {} that an axis causes alone, and including its interactions; the difference \
+                 is caused by interactions.",
                 self.measure.title
             ),
         }
@@ -209,7 +209,7 @@ impl Sensitivity {
                 })
             }
             SensitivityKind::Indices(indices) => {
-                let table = Table::new(["axis", "by itself", "95 %", "with all others", "95 %"]);
+                let table = Table::new(["axis", "alone", "95 %", "with all others", "95 %"]);
                 self.names.iter().zip(indices).fold(table, |table, (name, it)| {
                     let [first, total] = [it.first, it.total].map(|share| cells(share.value, share.ci95, "1"));
                     table.row(std::iter::once(Cell::from(name.as_str())).chain(first).chain(total))

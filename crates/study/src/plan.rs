@@ -1,4 +1,4 @@
-//! A study as it is run: the machine, who drives it, what is done, what is changed.
+//! Plan of a study: machine, controller, manoeuvres, axes.
 
 use std::path::Path;
 
@@ -8,52 +8,52 @@ use stickslip_base::parameters::within;
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
 
-/// What is run.
+/// Plan of a study.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What the study is called.
+    /// Title of the study.
     pub title: String,
-    /// What the machine is called.
+    /// Name of the machine.
     pub machine: String,
     /// The machine without any change.
     pub preset: Preset<f64>,
-    /// Who drives it; as the preset has it where nobody is named.
+    /// The controller; that of the preset if none is named.
     pub entrant: Option<Entrant>,
-    /// What is done.
+    /// Manoeuvres.
     pub manoeuvres: Vec<Manoeuvre>,
     /// Seeds of noise of each case, the same in all of them.
     pub seeds: u64,
-    /// Places to rest at, or ways to go, of each case.
+    /// Places to rest at, or strokes, of each case.
     pub places: u64,
-    /// Share by which measures may move when the step of the virtual machine is halved. `None` takes the step that is
-    /// stated, of which nothing is then known.
+    /// Share by which measures may move when the step of the virtual machine is halved. `None` uses the stated step,
+    /// whose error is then unknown.
     pub tolerance: Option<f64>,
-    /// What is changed, in this order.
+    /// Axes, in this order.
     pub axes: Vec<Axis>,
-    /// Which cases there are.
+    /// Design of the cases.
     pub design: Design,
     /// Threads.
     pub threads: usize,
 }
 
-/// Years of work, whose parts can still be listed in memory.
+/// Largest number of cases: years of work, whose parts still fit in memory as a list.
 const MOST_CASES: u64 = 1_000_000_000;
 
-/// Parts of a preset that an entrant brings along.
+/// Parts of a preset that an entrant replaces.
 const OF_ENTRANT: [&str; 5] = ["bench.controller", "bench.filter", "bench.shaper", "bench.compensation", "bench.hold"];
 
-/// Whether an entrant brings a parameter along.
+/// Whether an entrant replaces a parameter.
 pub(super) fn of_entrant(path: &str) -> bool {
     OF_ENTRANT.iter().any(|group| within(path, group))
 }
 
 impl Plan {
-    /// How many cases there are.
+    /// Number of cases.
     ///
     /// # Errors
     /// [`Error::TooFew`] for a study without a case; [`Error::OutOfRange`] for more than a billion.
     pub fn cases(&self) -> Result<u64, Error> {
-        // None where it is more than any integer.
+        // None where it overflows.
         let count = self.design.cases(&self.axes);
         match count.filter(|count| *count <= MOST_CASES) {
             None => Err(Error::OutOfRange {
@@ -62,10 +62,10 @@ impl Plan {
                 unit: "1",
                 minimum: 1.0,
                 maximum: MOST_CASES as f64,
-                remedy: "Give the axes fewer values, or draw a sample of them.",
+                remedy: "Use fewer values for the axes, or draw a sample.",
             }),
             Some(0) => {
-                let remedy = "Give each axis a value, and a sample a size.";
+                let remedy = "State values for each axis, and a size for a sample.";
                 Err(Error::TooFew { what: "cases", found: 0, needed: 1, remedy })
             }
             Some(cases) => Ok(cases),
@@ -77,7 +77,7 @@ impl Plan {
         self.manoeuvres.iter().flat_map(|manoeuvre| manoeuvre.measures())
     }
 
-    /// The values of each axis where each is met with each of the others, the last axis changing first.
+    /// The values of each axis of a grid, the last axis changing first.
     pub fn grid(&self) -> Option<Vec<&[f64]>> {
         let is_grid = self.design == Design::Grid;
         self.axes.iter().map(|axis| axis.spread.listed().filter(|_| is_grid)).collect()
@@ -88,7 +88,7 @@ impl Plan {
         axis::values(&self.axes, &self.design.place(case, &self.axes))
     }
 
-    /// Runs of a case: manoeuvre, seed, and where between two counts it rests or which way it goes.
+    /// Runs of a case: manoeuvre, seed, and the place between two counts or the stroke.
     pub(super) fn runs(&self) -> impl Iterator<Item = (Manoeuvre, u64, f64)> + '_ {
         self.manoeuvres.iter().flat_map(|&manoeuvre| {
             let count = if manoeuvre.has_places() { self.places } else { self.seeds };
@@ -96,13 +96,13 @@ impl Plan {
         })
     }
 
-    /// The plan with its controller, which is tuned once, on the machine as believed without any change; what was tuned
-    /// from the same is taken from the folder.
+    /// The plan with its controller, tuned once on the modelled machine before any change; an earlier result of the
+    /// same tuning is read from the folder.
     ///
     /// # Errors
-    /// What tuning refuses; [`Error::Cancelled`]; [`Error::File`]; as [`cases`](Self::cases).
+    /// Errors of tuning; [`Error::Cancelled`]; [`Error::File`]; as [`cases`](Self::cases).
     pub(super) fn ready(&self, folder: &Path, watch: &Watch) -> Result<Work, Error> {
-        // Before anything takes long.
+        // Before any long computation.
         self.cases()?;
         let tuned = match self.entrant.as_ref().and_then(Entrant::tuned_as) {
             Some(name) => {
@@ -114,7 +114,7 @@ impl Plan {
         Work::new(self.clone(), tuned)
     }
 
-    /// The preset whose parameters the axes name: with a controller of the entrant's kind.
+    /// The preset whose parameters the axes name: with the kind of controller of the entrant.
     pub(super) fn stated(&self) -> Preset<f64> {
         let of = |entrant: &Entrant| entrant.on(&self.preset, entrant.start(&self.preset));
         self.entrant.as_ref().map_or(self.preset, of)

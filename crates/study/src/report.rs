@@ -1,4 +1,4 @@
-//! The report of a study: what came out in words and pictures, and what it was asked of.
+//! The report of a study: results in sentences and pictures, and its plan.
 
 use std::path::Path;
 use std::{fs, io};
@@ -13,43 +13,43 @@ use stickslip_base::report::{Cell, Provenance, Report, Table};
 use stickslip_base::{Error, Summary, output, parameters};
 
 impl Findings {
-    /// The report; `command` is what it was made by.
+    /// The report; `command` is its command line.
     pub fn report(&self, command: &str) -> Report {
         let Findings { outcome, overview, sensitivities, pictures } = self;
         let plan = &outcome.plan;
         let provenance = Provenance::new(command, None, parameters::write_commented(&plan.preset));
-        let mut report = Report::new(plan.title.clone(), provenance).summary(self.told());
+        let mut report = Report::new(plan.title.clone(), provenance).summary(self.sentences());
         if !sensitivities.is_empty() {
-            report = report.heading("Which axis matters");
+            report = report.heading("Sensitivities");
         }
         for sensitivity in sensitivities {
             report = report.figure(sensitivity.figure(), sensitivity.caption()).table(sensitivity.table());
         }
-        report = report.heading("What becomes of the measures");
+        report = report.heading("Measures");
         for picture in pictures {
             report = match picture {
                 Picture::Figure(figure, caption) => report.figure(figure.clone(), caption),
                 Picture::Map(map, caption) => report.map(map.clone(), caption),
             };
         }
-        report = report.table(measures(overview)).heading("What was changed").table(axes(plan));
+        report = report.table(measures(overview)).heading("Axes").table(axes(plan));
         report = correlation(plan).into_iter().fold(report, Report::table);
-        report = report.paragraph(asked(plan)).paragraph(steps(plan));
+        report = report.paragraph(design(plan)).paragraph(steps(plan));
         if overview.failed > 0 {
             report = report.heading("Cases without all numbers").list(reasons(overview));
         }
         report
     }
 
-    /// Writes report and summary into a folder, and the file of the study if that lies elsewhere.
+    /// Writes report and summary into a folder, and a copy of the file of the study if that is elsewhere.
     ///
     /// # Errors
     /// [`Error::File`] if the system refuses.
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         output::create_folder(directory)?;
         let (from, to) = (&self.outcome.file, directory.join(FILE));
-        let known = |path: &Path| fs::canonicalize(path).ok();
-        if known(&to).is_none() || known(&to) != known(from) {
+        let absolute = |path: &Path| fs::canonicalize(path).ok();
+        if absolute(&to).is_none() || absolute(&to) != absolute(from) {
             let mut file = fs::File::open(from).map_err(|source| Error::file(from, "read", source))?;
             output::write_with(&to, |out| io::copy(&mut file, out).map(drop))?;
         }
@@ -62,9 +62,9 @@ impl Findings {
 /// The axes, their parameters and values.
 fn axes(plan: &Plan) -> Table {
     let table = Table::new(["axis", "parameters", "values", "unit"]).caption(
-            "Axes: plant is the machine, model what the software believes of it, bench how it is driven. A factor multiplies \
-             what is there without it.",
-        );
+        "Axes: plant is the machine, model the software's model of it, bench its control. A factor multiplies \
+             the value of the preset.",
+    );
     plan.axes.iter().fold(table, |table, axis| {
         let unit = if axis.factor { "factor".into() } else { stickslip_base::quantity::unit(&axis.unit) };
         let cells = [axis.name.clone(), axis.paths.join(", "), values(axis), unit];
@@ -72,7 +72,7 @@ fn axes(plan: &Plan) -> Table {
     })
 }
 
-/// How the axes were drawn together; none where each was drawn by itself.
+/// Correlation of the axes; none for independent axes.
 fn correlation(plan: &Plan) -> Option<Table> {
     let Design::Normal { factor, .. } = &plan.design else { return None };
     let between = |i: usize, j: usize| factor[i].iter().zip(&factor[j]).map(|(a, b)| a * b).sum::<f64>();
@@ -92,7 +92,7 @@ fn correlation(plan: &Plan) -> Option<Table> {
 }
 
 /// Design, controller, seeds.
-fn asked(plan: &Plan) -> String {
+fn design(plan: &Plan) -> String {
     let design = match &plan.design {
         Design::Grid => "Each value of each axis with each of the others".into(),
         Design::LatinHypercube { samples, seed } => format!("A Latin hypercube of {samples} cases, seed {seed}"),
@@ -103,7 +103,7 @@ fn asked(plan: &Plan) -> String {
         }
         Design::Saltelli { samples } => format!("Saltelli's design on {samples} rows of Sobol's sequence"),
     };
-    let controller = plan.entrant.as_ref().map_or("the preset's own", |entrant| entrant.name.as_str());
+    let controller = plan.entrant.as_ref().map_or("that of the preset", |entrant| entrant.name.as_str());
     let manoeuvres: Vec<&str> = plan.manoeuvres.iter().map(|manoeuvre| manoeuvre.name()).collect();
     let noise = match plan.seeds {
         1 => "one seed, the same in each case".into(),
@@ -112,19 +112,19 @@ fn asked(plan: &Plan) -> String {
     format!("{design}. Controller: {controller}. Manoeuvres: {}. Noise: {noise}.", manoeuvres.join(", "))
 }
 
-/// How long the steps of the virtual machine are, and what is known of that.
+/// Steps of the virtual machine and their error.
 fn steps(plan: &Plan) -> String {
     match plan.tolerance {
         Some(tolerance) => format!(
             "Steps of the virtual machine: in each case they were halved until no measure moved by more than {} %, or \
-             halving helped no more (columns plant_step and step_error).",
+             halving made no difference (columns plant_step and step_error).",
             number::rounded(100.0 * tolerance, 3)
         ),
-        None => "Steps of the virtual machine: as bench.plant_step says; nothing is known of its error.".into(),
+        None => "Steps of the virtual machine: bench.plant_step. Their error is not estimated.".into(),
     }
 }
 
-/// The values of an axis in words.
+/// The values of an axis, as text.
 fn values(axis: &Axis) -> String {
     match &axis.spread {
         Spread::Values(values) if values.len() <= 6 => {
@@ -166,11 +166,11 @@ fn measures(overview: &Overview) -> Table {
     })
 }
 
-/// Reasons as they were first met.
+/// Reasons in order of occurrence.
 fn reasons(overview: &Overview) -> Vec<String> {
-    let told = |(reason, case, more): &(String, u64, u64)| match more {
+    let line = |(reason, case, more): &(String, u64, u64)| match more {
         0 => format!("Case {case}: {reason}"),
-        more => format!("Case {case}, and {more} more like it: {reason}"),
+        more => format!("Case {case} and {more} similar ones: {reason}"),
     };
-    overview.reasons.iter().map(told).collect()
+    overview.reasons.iter().map(line).collect()
 }

@@ -1,4 +1,4 @@
-//! The cases of a study: part after part, whoever runs them, and the file that is made of the parts.
+//! The cases of a study: parts, run anywhere, and the file that combines them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,23 +19,23 @@ use stickslip_simulate::fast_bench::LANES;
 const PARTS: &str = "parts";
 /// The result.
 pub(super) const FILE: &str = "study.parquet";
-/// Rows of a group of the result, of which one is in memory at a time: those of whole parts, at least so many.
+/// Rows of a group of the result, of which one is in memory at a time: those of whole parts, at least this number.
 const GROUP: usize = 8192;
 
-/// Runs a study into a folder, on all threads of its plan. What lies in its `parts` and follows from the same is taken from
-/// there; each part that is finished is put there, so that the same study goes on after an interruption. The file that is
-/// made at the end, `study.parquet`, is the same whoever runs the parts, and however often it was interrupted.
+/// Runs a study into a folder, on all threads of its plan. Valid parts in its `parts` are reused; each finished part is
+/// written there, so that the same study continues after an interruption. The resulting file, `study.parquet`, does not
+/// depend on the machine that ran the parts, nor on interruptions.
 ///
 /// # Errors
-/// [`Error::Cancelled`]; what tuning refuses; [`Error::File`]. What a single case refuses is no error, but said in its row.
+/// [`Error::Cancelled`]; errors of tuning; [`Error::File`]. An error of a single case is in its row.
 pub fn run_study(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Error> {
     let parts = Parts::open(plan, folder, watch)?;
     parts.run(plan.threads, watch)?;
     parts.finish()
 }
 
-/// A study in its folder: which parts of it are there, and which are missing. They are run here ([`run`](Self::run)), or by
-/// others ([`Work::part_bytes`]) whose results are [`put`](Self::put) there.
+/// A study in its folder: the finished parts and the missing ones. They run here ([`run`](Self::run)), or elsewhere
+/// ([`Work::part_bytes`]) with their results [`put`](Self::put) there.
 #[derive(Clone, Debug)]
 pub struct Parts {
     work: Work,
@@ -45,10 +45,10 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Looks into the folder, and tunes the controller of the plan if it has one that was not yet tuned there.
+    /// Reads the folder, and tunes the controller of the plan if necessary.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; what tuning refuses; [`Error::File`].
+    /// [`Error::Cancelled`]; errors of tuning; [`Error::File`].
     pub fn open(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Self, Error> {
         output::create_folder(folder)?;
         let mut parts = Parts { work: plan.ready(folder, watch)?, folder: folder.into(), missing: Vec::new() };
@@ -60,17 +60,17 @@ impl Parts {
         Ok(parts)
     }
 
-    /// What it takes to run the parts.
+    /// Description of the parts, for running them.
     pub fn work(&self) -> &Work {
         &self.work
     }
 
-    /// The parts that were missing when it was opened, in their order.
+    /// The missing parts at the time of opening, in their order.
     pub fn missing(&self) -> &[usize] {
         &self.missing
     }
 
-    /// Runs what is missing, on so many threads.
+    /// Runs the missing parts on this number of threads.
     ///
     /// # Errors
     /// [`Error::Cancelled`]; [`Error::File`].
@@ -78,19 +78,19 @@ impl Parts {
         self.run_by(threads, watch, |cases| self.work.rows(cases, watch))
     }
 
-    /// Takes the bytes of a part.
+    /// Stores the bytes of a part.
     ///
     /// # Errors
-    /// [`Error::Recording`] where they are no such part of this study; [`Error::File`].
+    /// [`Error::Recording`] where they are not this part of this study; [`Error::File`].
     pub fn put(&self, index: usize, bytes: &[u8]) -> Result<(), Error> {
         let path = self.path(index);
         output::write(&path, bytes)?;
         if self.is_there(index) {
             return Ok(());
         }
-        // It would be run again, but nobody shall wonder what it is.
+        // It would be run again; the file is removed to avoid confusion.
         fs::remove_file(&path).map_err(|source| Error::file(&path, "remove", source))?;
-        let fault = format!("what was computed for part {index} is no such part of this study");
+        let fault = format!("the result of part {index} does not belong to this study");
         Err(unreadable(
             &path,
             &fault,
@@ -98,10 +98,10 @@ impl Parts {
         ))
     }
 
-    /// Makes the file of the study, of which all parts are there.
+    /// Combines all parts into the file of the study.
     ///
     /// # Errors
-    /// [`Error::File`], also for a part that is not there.
+    /// [`Error::File`], also for a missing part.
     pub fn finish(&self) -> Result<Outcome, Error> {
         let Parts { work, folder, missing } = self;
         let count = |index: &usize| work.part(*index).count() as u64;
@@ -111,13 +111,13 @@ impl Parts {
         if missing.is_empty() && rows(&file, &work.columns, &work.follows_from) == Some(work.cases) {
             return Ok(outcome);
         }
-        let gone = |path: &Path| io::Error::other(format!("{} is not there, or was changed", path.display()));
+        let missing_part = |path: &Path| io::Error::other(format!("{} is missing or has changed", path.display()));
         output::write_with(&file, |out| {
             let mut writer = Writer::new(out, &work.columns, &work.follows_from)?;
             let mut group = Vec::new();
             for path in (0..work.parts()).map(|index| self.path(index)) {
                 let part = read_part(&path, &work.columns, &work.follows_from);
-                group.append(&mut part.ok_or_else(|| gone(&path))?);
+                group.append(&mut part.ok_or_else(|| missing_part(&path))?);
                 if group.len() >= GROUP {
                     writer.rows(&group)?;
                     group.clear();
@@ -128,7 +128,7 @@ impl Parts {
             }
             writer.close()
         })?;
-        // All of it is in the file.
+        // All rows are in the file.
         fs::remove_dir_all(&parts).map_err(|source| Error::file(&parts, "remove", source))?;
         Ok(outcome)
     }
@@ -147,8 +147,8 @@ impl Parts {
             .is_some_and(|rows| rows.iter().map(|row| row.case).eq(cases.map(|case| case + 1)) && !rows.is_empty())
     }
 
-    /// Runs what is missing by `rows`. Threads take a vector of cases after the other across the parts; who brings the last
-    /// rows of a part puts it, so that as many parts as there are threads are in memory at most.
+    /// Runs the missing parts with `rows`. Threads take one vector of cases after the other across the parts; the
+    /// thread with the last rows of a part stores it, so that at most as many parts as threads are in memory.
     pub(super) fn run_by(
         &self,
         threads: usize,
@@ -161,7 +161,7 @@ impl Parts {
         let (next, done) = (AtomicU64::new(0), AtomicU64::new(0));
         let open: Mutex<BTreeMap<usize, Vec<Row>>> = Mutex::default();
         let size = self.missing.first().map_or(1, |&index| count(&cases(index)));
-        // No thread without work where cases are few. A power of two, which divides every part but the last.
+        // No idle threads with few cases. A power of two, which divides every part but the last.
         let threads = threads.max(1);
         let step = 1 << total.div_ceil(threads as u64).clamp(1, LANES as u64).ilog2();
         let work = || -> Result<(), Error> {
@@ -173,11 +173,11 @@ impl Parts {
                 let part = cases(index);
                 let first = part.start + from;
                 let taken = first..(first + step).min(part.end);
-                let found = rows(taken.clone())?;
+                let results = rows(taken.clone())?;
                 let whole = {
                     let mut open = open.lock().expect("no thread panics with the lock");
                     let rows = open.entry(index).or_default();
-                    rows.extend(found);
+                    rows.extend(results);
                     if rows.len() as u64 == count(&part) { open.remove(&index) } else { None }
                 };
                 if let Some(mut rows) = whole {
@@ -191,7 +191,7 @@ impl Parts {
         let each = |(): &()| {
             let ended = work();
             if ended.is_err() {
-                // No other thread begins a case.
+                // No other thread starts a case.
                 next.store(total, Ordering::Relaxed);
             }
             ended

@@ -1,20 +1,20 @@
-//! Which axis matters: elementary effects and Sobol's indices, made of the numbers of all cases in their order.
+//! Sensitivities: elementary effects and Sobol's indices, from the numbers of all cases in their order.
 
 use stickslip_base::statistics::{bootstrap, mean};
 
 /// Elementary effects of an axis: change of a measure over change of the place within 0 … 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Effects {
-    /// μ*: mean of their magnitudes; how much the axis matters.
+    /// μ*: mean of their magnitudes; importance of the axis.
     pub(super) magnitude: f64,
-    /// 95 % interval of it over the trajectories.
+    /// 95 % interval of μ* over the trajectories.
     pub(super) ci95: [f64; 2],
-    /// σ: their standard deviation; large where the axis is curved, or acts together with others.
+    /// σ: their standard deviation; large where the axis has a nonlinear effect or interacts with others.
     pub(super) sd: f64,
 }
 
-/// The effects of each axis over trajectories of as many steps as there are axes, with the places of each case; a value
-/// that is no number spoils no other. Morris, *Technometrics* 33 (1991); μ* by Campolongo et al. (2007).
+/// The effects of each axis over trajectories of as many steps as there are axes, with the places of each case; a
+/// non-finite value only invalidates its own effect. Morris, *Technometrics* 33 (1991); μ* by Campolongo et al. (2007).
 pub(super) fn elementary_effects(axes: usize, values: &[f64], places: impl Fn(u64) -> Vec<f64>) -> Vec<Effects> {
     let mut effects: Vec<Vec<f64>> = vec![Vec::new(); axes];
     for (trajectory, values) in values.chunks_exact(axes + 1).enumerate() {
@@ -57,13 +57,13 @@ pub(super) struct Share {
 /// Sobol's indices of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Indices {
-    /// What the axis does by itself.
+    /// Share of the axis alone.
     pub(super) first: Share,
-    /// What it does with all others together.
+    /// Share of the axis with all interactions.
     pub(super) total: Share,
 }
 
-/// The indices of each axis from rows of A, A with each column of B, B. A row with a value that is no number is left out;
+/// The indices of each axis from rows of A, A with each column of B, B. Rows with a non-finite value are omitted;
 /// `None` where fewer than two are left, or nothing varies.
 ///
 /// S = mean(f_B·(f_AB − f_A))/V, Saltelli et al. (2010), table 2 (b); S_T = mean((f_A − f_AB)²)/(2V), Jansen (1999).
@@ -135,9 +135,9 @@ mod tests {
         let together = 8.0 * 0.01 * libm::pow(PI, 8.0) / 225.0;
         let all = first + second + together;
         let expected = [[first / all, (first + together) / all], [second / all, second / all], [0.0, together / all]];
-        for (found, expected) in indices.iter().zip(expected) {
-            for (share, expected) in [found.first, found.total].into_iter().zip(expected) {
-                // An even sample of 4096; by chance alone it would be 0.03.
+        for (index, expected) in indices.iter().zip(expected) {
+            for (share, expected) in [index.first, index.total].into_iter().zip(expected) {
+                // An even sample of 4096; a random sample would give 0.03.
                 assert!((share.value - expected).abs() < 0.01, "{indices:?}");
                 assert!(share.ci95[0] <= expected && expected <= share.ci95[1], "{indices:?}");
                 assert!(share.ci95[1] - share.ci95[0] < 0.2, "{indices:?}");
@@ -153,9 +153,9 @@ mod tests {
         values[17] = f64::NAN;
         values[500] = f64::INFINITY;
         let indices = sobol_indices(3, &values).unwrap();
-        for (found, expected) in indices.iter().zip([1.0 / 14.0, 4.0 / 14.0, 9.0 / 14.0]) {
-            assert!((found.first.value - expected).abs() < 0.01, "{indices:?}");
-            assert!((found.total.value - expected).abs() < 0.01, "{indices:?}");
+        for (index, expected) in indices.iter().zip([1.0 / 14.0, 4.0 / 14.0, 9.0 / 14.0]) {
+            assert!((index.first.value - expected).abs() < 0.01, "{indices:?}");
+            assert!((index.total.value - expected).abs() < 0.01, "{indices:?}");
         }
         assert_eq!(sobol_indices(3, &[1.0; 50]), None);
         assert_eq!(sobol_indices(3, &[f64::NAN; 50]), None);
@@ -171,7 +171,7 @@ mod tests {
             assert!((effects.magnitude - expected).abs() < 1e-12 && effects.sd < 1e-12, "{effects:?}");
             assert!((effects.ci95[1] - effects.ci95[0]).abs() < 1e-12, "{effects:?}");
         }
-        // The product scatters, with a mean of 0 for each: only magnitudes tell.
+        // The product scatters, with a mean of 0 for each: only the magnitudes show it.
         let product = values(&design, &axes, |x| (x[0] - 0.5) * (x[1] - 0.5));
         let effects = elementary_effects(3, &product, places);
         assert!(effects[0].magnitude > 0.1 && effects[0].sd > 0.1 && effects[2].magnitude == 0.0, "{effects:?}");
@@ -187,7 +187,7 @@ mod tests {
         let effects = elementary_effects(3, &values(&design, &axes, ishigami), |case| place(&design, case, &axes));
         // On the levels −π, −π/3, π/3, π a step of the second goes from sin² = 0 to 3/4 and back: 7·(3/4)/(2/3) always.
         assert!((effects[1].magnitude - 7.875).abs() < 1e-9 && effects[1].sd > 7.0, "{effects:?}");
-        // The third acts through the first alone: half of the steps meet sin(x) = 0.
+        // The third acts through the first alone: half of the steps have sin(x) = 0.
         assert!(effects[2].magnitude > 1.0 && effects[2].sd > effects[2].magnitude, "{effects:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Sobol's sequence: points that fill a cube evenly, any of them by its number.
+//! Sobol's sequence: points that fill a cube evenly, computed by their number.
 //!
 //! I. M. Sobol (1967), with the direction numbers of Joe and Kuo (2008) and the order of Antonov and Saleev (1979), as
 //! `scipy.stats.qmc.Sobol` has it without scrambling. No crate is used: `sobol` gives no point by its number, and
@@ -16,7 +16,7 @@ static DIRECTIONS: LazyLock<Vec<[u32; BITS]>> = LazyLock::new(|| {
     std::iter::once(first).chain(rows.map(directions)).collect()
 });
 
-/// Those of a row: dimension, degree, coefficients, initial numbers.
+/// Direction numbers of a row: dimension, degree, coefficients, initial numbers.
 fn directions(row: &str) -> [u32; BITS] {
     let numbers: Vec<u32> = row.split(' ').map(|word| word.parse().expect("the table holds numbers")).collect();
     let (degree, coefficients, initial) = (numbers[1] as usize, numbers[2], &numbers[3..]);
@@ -25,17 +25,17 @@ fn directions(row: &str) -> [u32; BITS] {
         all[bit] = match bit.checked_sub(degree) {
             None => initial[bit] << (BITS - 1 - bit),
             Some(before) => {
-                let own = all[before] ^ (all[before] >> degree);
+                let start = all[before] ^ (all[before] >> degree);
                 (1..degree)
                     .filter(|k| coefficients >> (degree - 1 - k) & 1 == 1)
-                    .fold(own, |number, k| number ^ all[bit - k])
+                    .fold(start, |number, k| number ^ all[bit - k])
             }
         };
     }
     all
 }
 
-/// How many dimensions there are.
+/// Number of dimensions.
 pub(super) fn dimensions() -> usize {
     DIRECTIONS.len()
 }
@@ -46,8 +46,8 @@ fn integer(index: u32, dimension: usize) -> u32 {
     (0..BITS).filter(|bit| gray >> bit & 1 == 1).fold(0, |x, bit| x ^ DIRECTIONS[dimension][bit])
 }
 
-/// A coordinate of the point `index`, in the middle of its 2^-32: never 0 and never 1, so that each distribution has a
-/// value there.
+/// A coordinate of the point `index`, in the middle of its interval of 2^-32: never 0 and never 1, so that each
+/// distribution has a value there.
 pub(super) fn coordinate(index: u32, dimension: usize) -> f64 {
     (f64::from(integer(index, dimension)) + 0.5) / 4_294_967_296.0
 }

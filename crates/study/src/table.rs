@@ -1,4 +1,4 @@
-//! `study.parquet` and its parts: one row a case.
+//! `study.parquet` and its parts: one row for each case.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -21,34 +21,34 @@ use stickslip_recording::unreadable;
 
 /// The number of the case, from 1.
 pub(super) const CASE: &str = "case";
-/// Step of the virtual machine, where it was chosen.
+/// Step of the virtual machine, where the tolerance selected it.
 pub(super) const STEP: &str = "plant_step";
 /// Share by which measures moved when the step was last halved.
 pub(super) const ERROR: &str = "step_error";
-/// Why numbers are missing; nothing where none is.
+/// Reason for missing numbers; empty otherwise.
 pub(super) const FAILURE: &str = "failure";
-/// Key of what the rows of a part follow from.
+/// Metadata key of the inputs of the rows of a part.
 const FOLLOWS_FROM: &str = "follows_from";
 
-/// What came of a case.
+/// Result of a case.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// Its number, from 1.
     pub case: u64,
     /// Values of the axes, in their order and units.
     pub values: Vec<f64>,
-    /// Measures in their order, means over the seeds; `None` where there is none.
+    /// Measures in their order, means over the seeds; `None` where missing.
     pub measures: Vec<Option<f64>>,
-    /// Step of the virtual machine [s], where it was chosen.
+    /// Step of the virtual machine [s], where the tolerance selected it.
     pub step: Option<f64>,
     /// Largest share by which a measure moved when the step was last halved.
     pub error: Option<f64>,
-    /// Why a measure is missing, or what a bench would have stopped.
+    /// Reason for missing measures.
     pub failure: Option<String>,
 }
 
 impl Row {
-    /// What may be missing: a measure, or behind them step and error.
+    /// Optional columns: the measures, then step and error.
     pub(super) fn optional(&self, index: usize) -> Option<f64> {
         let behind = |index| [self.step, self.error].get(index).copied();
         match index.checked_sub(self.measures.len()) {
@@ -62,7 +62,7 @@ impl Row {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
     axes: Vec<(String, String)>,
-    /// Those that may lack a number: the measures, then step and error where the step is chosen.
+    /// Columns that may lack a number: the measures, then step and error where the tolerance selects the step.
     optional: Vec<(String, String)>,
     chosen: bool,
 }
@@ -71,10 +71,10 @@ impl Columns {
     pub(super) fn of(plan: &Plan) -> Self {
         let chosen = plan.tolerance.is_some();
         let measures = plan.measures().map(|measure| (measure.name, measure.unit));
-        let found = [(STEP, "s"), (ERROR, "1")].into_iter().filter(|_| chosen);
+        let of_step = [(STEP, "s"), (ERROR, "1")].into_iter().filter(|_| chosen);
         Columns {
             axes: plan.axes.iter().map(|axis| (axis.name.clone(), axis.unit.clone())).collect(),
-            optional: measures.chain(found).map(|(name, unit)| (name.into(), unit.into())).collect(),
+            optional: measures.chain(of_step).map(|(name, unit)| (name.into(), unit.into())).collect(),
             chosen,
         }
     }
@@ -101,7 +101,7 @@ impl Columns {
     }
 }
 
-/// A file of rows that is written group by group.
+/// Writer of a file of rows, one group after the other.
 pub(super) struct Writer<W: Write + Send> {
     file: SerializedFileWriter<W>,
     axes: usize,
@@ -109,7 +109,7 @@ pub(super) struct Writer<W: Write + Send> {
 }
 
 impl<W: Write + Send> Writer<W> {
-    /// With units in the metadata, and what the rows follow from.
+    /// A file with units and the inputs of the rows in the metadata.
     pub(super) fn new(out: W, columns: &Columns, follows_from: &str) -> io::Result<Self> {
         let unit = |(name, unit): (&str, &str)| KeyValue::new(format!("unit.{name}"), unit.to_owned());
         let mut metadata: Vec<KeyValue> = columns.named().map(unit).collect();
@@ -122,7 +122,7 @@ impl<W: Write + Send> Writer<W> {
         Ok(Writer { file, axes: columns.axes.len(), optional: columns.optional.len() })
     }
 
-    /// A group of rows.
+    /// Writes a group of rows.
     pub(super) fn rows(&mut self, rows: &[Row]) -> io::Result<()> {
         let (axes, optional) = (self.axes, self.optional);
         let mut group = self.file.next_row_group()?;
@@ -135,11 +135,11 @@ impl<W: Write + Send> Writer<W> {
                 let values: Vec<f64> = rows.iter().map(|row| row.values[column - 1]).collect();
                 writer.typed::<DoubleType>().write_batch(&values, None, None)?;
             } else if column <= axes + optional {
-                let (values, levels) = known(rows.iter().map(|row| row.optional(column - 1 - axes)));
+                let (values, levels) = present(rows.iter().map(|row| row.optional(column - 1 - axes)));
                 writer.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
             } else {
                 let texts = rows.iter().map(|row| row.failure.as_deref().map(ByteArray::from));
-                let (values, levels) = known(texts);
+                let (values, levels) = present(texts);
                 writer.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
             }
             writer.close()?;
@@ -149,15 +149,15 @@ impl<W: Write + Send> Writer<W> {
         Ok(())
     }
 
-    /// There is nothing behind.
+    /// Finishes the file.
     pub(super) fn close(self) -> io::Result<()> {
         self.file.close()?;
         Ok(())
     }
 }
 
-/// What there is, and where there is something.
-fn known<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
+/// The existing values, and which rows have one.
+fn present<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
     let (mut there, mut levels) = (Vec::new(), Vec::new());
     for value in values {
         levels.push(i16::from(value.is_some()));
@@ -166,22 +166,22 @@ fn known<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
     (there, levels)
 }
 
-/// A file of these columns whose rows follow from the same, if it is one.
+/// A file with these columns and inputs; `None` for any other file.
 fn same(path: &Path, columns: &Columns, follows_from: &str) -> Option<SerializedFileReader<File>> {
     let file = SerializedFileReader::new(File::open(path).ok()?).ok()?;
     let metadata = file.metadata().file_metadata();
-    let said = metadata.key_value_metadata()?.iter().find(|pair| pair.key == FOLLOWS_FROM)?;
-    let same = said.value.as_deref() == Some(follows_from) && metadata.schema() == &*columns.schema().ok()?;
+    let inputs = metadata.key_value_metadata()?.iter().find(|pair| pair.key == FOLLOWS_FROM)?;
+    let same = inputs.value.as_deref() == Some(follows_from) && metadata.schema() == &*columns.schema().ok()?;
     same.then_some(file)
 }
 
-/// The rows of a part, if it is whole, of these columns and follows from the same.
+/// The rows of a part, if it is complete and has these columns and inputs.
 pub(super) fn read_part(path: &Path, columns: &Columns, follows_from: &str) -> Option<Vec<Row>> {
     let file = same(path, columns, follows_from).filter(|file| file.num_row_groups() == 1)?;
     group(&file, 0, columns).ok()
 }
 
-/// How many rows a study's file has, if it is one of these columns and follows from the same.
+/// Number of rows of a study's file, if it has these columns and inputs.
 pub(super) fn rows(path: &Path, columns: &Columns, follows_from: &str) -> Option<u64> {
     let file = same(path, columns, follows_from)?;
     u64::try_from(file.metadata().file_metadata().num_rows()).ok()
@@ -190,7 +190,7 @@ pub(super) fn rows(path: &Path, columns: &Columns, follows_from: &str) -> Option
 /// Calls with the rows of each group of a study's file.
 ///
 /// # Errors
-/// [`Error::Recording`] for a file that is none; what `take` refuses.
+/// [`Error::Recording`] for an invalid file; errors of `take`.
 pub(super) fn each(path: &Path, columns: &Columns, mut take: impl FnMut(Vec<Row>)) -> Result<(), Error> {
     let failed = |error: ParquetError| unreadable(path, &error.to_string(), "Run the study again.");
     let file = File::open(path).map_err(|source| Error::file(path, "read", source))?;
@@ -236,7 +236,7 @@ fn group(file: &SerializedFileReader<File>, index: usize, columns: &Columns) -> 
                     row.failure = Some(String::from_utf8_lossy(values.next().ok_or_else(short)?.data()).into_owned());
                 }
             }
-            _ => return Err(ParquetError::General("a column of a kind that no study has".into())),
+            _ => return Err(ParquetError::General("unknown kind of column".into())),
         }
     }
     for row in rows.iter_mut().filter(|_| columns.chosen) {

@@ -1,14 +1,14 @@
-//! Laws of studies: files that are refused, cases that fail, interruptions that do not show.
+//! Tests of studies: refused files, failed cases, interruptions without effect.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::cases::none_ends_others;
+use super::cases::isolate_panics;
 use super::*;
 use stickslip_base::{Error, Watch};
 
-/// Beliefs about a machine, quickly: a sine, one seed.
+/// A modelled friction with errors, quickly: a sine, one seed.
 const BELIEF: &str = r#"
 manoeuvres = ["sine_2hz"]
 
@@ -44,14 +44,14 @@ fn rows(outcome: &Outcome) -> Vec<Row> {
     rows
 }
 
-/// The message of a file that is refused.
+/// The message of a refused file.
 fn refused(text: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     read(&write(folder.path(), text)).unwrap_err().to_string()
 }
 
 #[test]
-fn a_belief_that_is_right_compensates_best() {
+fn compensation_is_best_with_the_right_model() {
     let folder = tempfile::tempdir().unwrap();
     let outcome = run_study(&plan(BELIEF), folder.path(), &Watch::silent()).unwrap();
     let rows = rows(&outcome);
@@ -65,7 +65,7 @@ fn a_belief_that_is_right_compensates_best() {
 }
 
 #[test]
-fn neither_threads_nor_interruptions_show_in_the_file() {
+fn the_file_does_not_depend_on_threads_and_interruptions() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |name: &str| std::fs::read(folder.path().join(name).join("study.parquet")).unwrap();
     let run = |threads, name: &str, watch: &Watch| {
@@ -88,12 +88,12 @@ fn neither_threads_nor_interruptions_show_in_the_file() {
     assert_eq!((outcome.kept, outcome.cases), (16, 21));
     assert_eq!(bytes("often"), bytes("one"));
     assert!(!folder.path().join("often/parts").exists());
-    // All of it is there: nothing is run again.
+    // All rows exist: nothing is run again.
     assert_eq!(run(2, "often", &Watch::silent()).unwrap().kept, 21);
 }
 
 #[test]
-fn what_follows_from_something_else_or_is_broken_is_not_taken() {
+fn parts_of_other_inputs_and_broken_parts_are_not_reused() {
     let folder = tempfile::tempdir().unwrap();
     let cancelled = Arc::new(AtomicBool::new(false));
     let stop = cancelled.clone();
@@ -112,15 +112,16 @@ fn what_follows_from_something_else_or_is_broken_is_not_taken() {
         assert_eq!(run_study(&other, folder.path(), &Watch::silent()).unwrap().kept, 0);
         std::fs::create_dir_all(folder.path().join("parts")).unwrap();
     }
-    // Half of a part is none.
+    // Half of a part is invalid.
     std::fs::write(&part, &whole[..whole.len() / 2]).unwrap();
     assert_eq!(run_study(&two, folder.path(), &Watch::silent()).unwrap().kept, 0);
 }
 
 #[test]
-fn a_case_that_fails_says_why_and_ends_nothing() {
+fn a_failed_case_has_a_reason_and_the_others_go_on() {
     let text = BELIEF.replace("values = [1.0e-3, 1.2e-3, 1.4e-3, 1.6e-3, 1.8e-3, 2.0e-3, 2.2e-3]", "values = [1.2e-3]");
-    // A bench that admits no deviation, and a jitter that its ticks cannot bear: one stops, the other is refused.
+    // A bench that admits no deviation, and a jitter that its ticks do not admit: the first stops, the second is
+    // refused.
     let more = "[[axis]]\npath = \"bench.safety.following_error\"\nvalues = [1e-3, 2.0]\n\
                 [[axis]]\npath = \"plant.tick_jitter\"\nvalues = [0.0, 40e-6]\n";
     let plan = Plan { threads: 2, ..plan(&format!("{}{more}", text.replace("points = 3", "points = 2"))) };
@@ -137,7 +138,7 @@ fn a_case_that_fails_says_why_and_ends_nothing() {
                 "{failure}"
             );
         } else if following_error < 1.0 {
-            assert_eq!(failure, "sine_2hz: it did not follow, the supervision stopped it");
+            assert_eq!(failure, "sine_2hz: the supervision stopped it, since it did not follow the set-point");
         } else {
             assert_eq!((failure.as_str(), row.measures[0].is_some()), ("", true));
             continue;
@@ -190,11 +191,11 @@ fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
             "path = [\"plant.drive.load_inertia\", \"plant.drive.coupling_stiffness\"]\nvalues = [0.5]",
             "different units",
         ),
-        ("path = \"plant.tick_jitter\"\nfactor = true\nvalues = [2]", "a factor leaves"),
-        ("path = []\nvalues = [1.0]", "no path"),
-        ("path = \"plant.drive.load_inertia\"", "too little or too much"),
+        ("path = \"plant.tick_jitter\"\nfactor = true\nvalues = [2]", "a factor has no effect"),
+        ("path = []\nvalues = [1.0]", "missing path"),
+        ("path = \"plant.drive.load_inertia\"", "incompletely or twice"),
         ("path = \"plant.drive.load_inertia\"\nvalues = []", "no value"),
-        ("path = \"plant.drive.load_inertia\"\nrange = [2e-3, 1e-3]\npoints = 3", "its range is none"),
+        ("path = \"plant.drive.load_inertia\"\nrange = [2e-3, 1e-3]\npoints = 3", "invalid range"),
         (
             "path = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]\npoints = 1_000_000_000_000",
             "more than a million points",
@@ -203,12 +204,12 @@ fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
             "path = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]\npoints = 100_000\n[[axis]]\nname = \"b\"\npath = \"plant.drive.motor_inertia\"\nrange = [1e-3, 2e-3]\npoints = 100_000",
             "the number of cases",
         ),
-        ("path = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]", "a grid counts its values"),
-        ("name = \"case\"\npath = \"plant.drive.load_inertia\"\nvalues = [1e-3]", "the column case is there already"),
+        ("path = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]", "a grid requires a list of values"),
+        ("name = \"case\"\npath = \"plant.drive.load_inertia\"\nvalues = [1e-3]", "duplicate column case"),
         ("path = \"plant.drive.load_inertia\"\nvalues = [\"1\"]", "study.toml:"),
         (
             "path = \"plant.drive.load_inertia\"\nvalues = [1e-3]\n[[axis]]\nname = \"b\"\npath = \"plant.drive.load_inertia\"\nvalues = [1e-3]",
-            "it sets what the axis plant.drive.load_inertia sets",
+            "it sets the same parameter as axis plant.drive.load_inertia",
         ),
     ] {
         let message = axis(text);
@@ -220,7 +221,7 @@ fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
     assert!(refused("manoeuvres = [\"creep\"]\nseeds = 0\n").contains("seeds = 0"));
     assert!(refused("manoeuvres = [\"creep\"\n").contains("study.toml:"));
     let controller = "manoeuvres = [\"creep\"]\ncontroller = \"pid\"\n[set]\nbench.controller.position_gain = 3\n";
-    assert!(refused(controller).contains("the controller brings its own"));
+    assert!(refused(controller).contains("which the controller sets too"));
 }
 
 /// Three axes, quickly.
@@ -235,7 +236,7 @@ fn sampled(design: &str) -> Plan {
 }
 
 #[test]
-fn a_screening_and_indices_say_that_the_belief_matters_more_than_the_inertia_that_is_known() {
+fn screening_and_indices_rank_the_modelled_friction_above_the_known_inertia() {
     for (design, kind, cases) in [
         ("kind = \"morris\"\ntrajectories = 6", "effects", 18.0),
         ("kind = \"saltelli\"\nsamples = 8", "indices", 32.0),
@@ -252,12 +253,12 @@ fn a_screening_and_indices_say_that_the_belief_matters_more_than_the_inertia_tha
         };
         assert!(of("belief") > 2.0 * of("inertia"), "{design}: {} {}", of("belief"), of("inertia"));
         let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
-        assert!(page.contains("Which axis matters") && page.contains("2 Hz, RMS over belief"), "{design}");
+        assert!(page.contains("Sensitivities") && page.contains("2 Hz, RMS over belief"), "{design}");
     }
 }
 
 #[test]
-fn samples_lie_within_their_ranges_and_pictures_are_of_their_kind() {
+fn samples_are_within_their_ranges_and_have_their_kind_of_picture() {
     for design in ["kind = \"latin-hypercube\"\nsamples = 12", "kind = \"sobol\"\nsamples = 12"] {
         let plan = sampled(design);
         for case in 0..12 {
@@ -273,8 +274,8 @@ fn samples_lie_within_their_ranges_and_pictures_are_of_their_kind() {
     let page = std::fs::read_to_string(elsewhere.join("report.html")).unwrap();
     assert!(page.contains("2 Hz, RMS over plant.drive.load_inertia and belief"), "a map of two axes");
     assert_eq!(page.matches("fill-opacity").count(), 21, "a cell a case");
-    assert!(findings.told().contains("21 cases on prototype."), "{}", findings.told());
-    // A folder with a report has the rows that it tells of.
+    assert!(findings.sentences().contains("21 cases on prototype."), "{}", findings.sentences());
+    // A folder with a report has the rows of that report.
     assert_eq!(std::fs::read(elsewhere.join("study.parquet")).unwrap(), std::fs::read(&outcome.file).unwrap());
 }
 
@@ -290,13 +291,13 @@ fn normal_axes_are_about_their_means_and_correlated() {
     // Standard errors of 1/√2000 = 0.022 standard deviations; four of them.
     assert!((mean(&|values| values[0]) - 0.4).abs() < 0.09 * 0.02 && (product - 0.8).abs() < 0.12, "{product}");
     for (change, expected) in [
-        (("0.8, 1", "0.7, 1"), "correlation is none"),
-        (("[[1, 0.8], [0.8, 1]]", "[[1, 2], [2, 1]]"), "correlation is none"),
+        (("0.8, 1", "0.7, 1"), "invalid correlation"),
+        (("[[1, 0.8], [0.8, 1]]", "[[1, 2], [2, 1]]"), "invalid correlation"),
         (("[[1, 0.8], [0.8, 1]]", "[[1]]"), "correlation is not 2 × 2"),
-        (("samples = 2000\n", ""), "the design needs samples"),
-        (("samples = 2000", "samples = 2000\nlevels = 4"), "the design takes no levels"),
-        (("mean = 0.4\nsd = 0.02", "range = [0.1, 0.4]"), "a normal sample needs means"),
-        (("sd = 0.02", "sd = -0.02"), "its sd is none"),
+        (("samples = 2000\n", ""), "missing samples"),
+        (("samples = 2000", "samples = 2000\nlevels = 4"), "the design has no levels"),
+        (("mean = 0.4\nsd = 0.02", "range = [0.1, 0.4]"), "a normal sample requires means"),
+        (("sd = 0.02", "sd = -0.02"), "invalid sd"),
         (("kind = \"normal\"", "kind = \"normals\""), "study.toml:"),
     ] {
         let message = refused(&text.replace(change.0, change.1));
@@ -308,11 +309,11 @@ fn normal_axes_are_about_their_means_and_correlated() {
         ))
     };
     assert!(morris("trajectories = 4\nlevels = 3").contains("levels = 3 is odd"));
-    assert!(morris("trajectories = 1").contains("at least 2 are needed"));
+    assert!(morris("trajectories = 1").contains("at least 2 required"));
 }
 
 #[test]
-fn an_entrant_holds_by_the_belief_of_its_case_and_its_own_parameters_can_be_changed() {
+fn the_hold_of_an_entrant_uses_the_model_of_its_case_and_its_parameters_can_be_changed() {
     let text = "manoeuvres = [\"sine_2hz\"]\ncontroller = \"pid+hold\"\n\
                 [[axis]]\npath = \"model.own.breakaway_torque\"\nvalues = [0.4, 0.44]\n\
                 [[axis]]\npath = \"bench.hold.dead_zone\"\nfactor = true\nvalues = [1.0, 2.0]\n";
@@ -330,11 +331,11 @@ fn an_entrant_holds_by_the_belief_of_its_case_and_its_own_parameters_can_be_chan
     assert_eq!(hold(1).dead_zone, 2.0 * hold(0).dead_zone);
     assert!(
         refused(&text.replace("bench.hold.dead_zone", "bench.controller.position_gain"))
-            .contains("no number of this preset")
+            .contains("a parameter of another choice")
     );
 }
 
-/// What `stickslip fit` leaves of a curve whose points scatter by `noise` [N m].
+/// The file that `stickslip fit` writes for a curve whose points scatter by `noise` [N m].
 fn fitted(folder: &Path, noise: f64) -> (PathBuf, stickslip_fit::StribeckFit) {
     let curve = stickslip_fit::with_values(&Default::default(), [0.45, 0.36, 4.0, 2e-3]);
     let mut rows = "velocity [rad/s],torque [N m]\n".to_owned();
@@ -349,7 +350,7 @@ fn fitted(folder: &Path, noise: f64) -> (PathBuf, stickslip_fit::StribeckFit) {
     (folder.join("fit.toml"), fits.fits[0].fit.clone())
 }
 
-/// A study that draws from a fit, without what stands below its first lines.
+/// A study that draws from a fit, without the further parts of the file.
 fn drawing(file: &Path, samples: usize) -> String {
     format!(
         "manoeuvres = [\"sine_2hz\"]\n[set]\nbench.compensation.kind = \"feedforward\"\n\
@@ -365,7 +366,7 @@ fn draws_have_the_covariance_of_the_fit_about_its_values() {
     let plan = plan(&drawing(&file, DRAWS));
     assert_eq!(plan.axes[2].paths, ["model.own.stribeck_velocity"]);
     let draws: Vec<Vec<f64>> = (0..DRAWS as u64).map(|case| plan.values(case)).collect();
-    // Of each case by itself, whatever was drawn before.
+    // From each case alone, independent of earlier draws.
     assert_eq!(plan.values(17), draws[17]);
     // The fit's intervals are even in the logarithm, and so are the draws: in the logarithms the covariance is C_ij/(p_i·p_j).
     let off = |draw: &[f64], i: usize| libm::log(draw[i] / fit.parameters[i]) * fit.parameters[i];
@@ -377,16 +378,16 @@ fn draws_have_the_covariance_of_the_fit_about_its_values() {
         for j in 0..=i {
             let [ii, jj, ij] = [fit.covariance[i][i], fit.covariance[j][j], fit.covariance[i][j]];
             let bound = 5.0 * ((ii * jj + ij * ij) / DRAWS as f64).sqrt();
-            let found = mean(&|draw| off(draw, i) * off(draw, j));
-            assert!((found - ij).abs() < bound, "{i} {j}: {found} for {ij}");
+            let covariance = mean(&|draw| off(draw, i) * off(draw, j));
+            assert!((covariance - ij).abs() < bound, "{i} {j}: {covariance} for {ij}");
         }
     }
-    // Independent draws, which a single fit would not have noticed, are far from that.
+    // Independent draws, without the correlation of the fit, are far from that.
     assert!((fit.covariance[0][2] / (fit.standard_errors[0] * fit.standard_errors[2])).abs() > 0.2);
 }
 
 #[test]
-fn a_fit_goes_where_the_study_says_and_stands_beside_other_axes() {
+fn a_fit_is_applied_to_the_stated_path_and_combines_with_other_axes() {
     let folder = tempfile::tempdir().unwrap();
     let (file, fit) = fitted(folder.path(), 4e-3);
     let text = format!(
@@ -420,18 +421,18 @@ fn a_fit_that_cannot_be_drawn_from_is_refused_before_anything_runs() {
     let whole = drawing(&file, 6);
     let toml = std::fs::read_to_string(&file).unwrap();
     for ((from, to), expected) in [
-        (("kind = \"normal\"\nsamples = 6\nseed = 3\n", ""), "the design does not draw normals"),
-        (("kind = \"normal\"", "kind = \"sobol\""), "the design takes no seed"),
+        (("kind = \"normal\"\nsamples = 6\nseed = 3\n", ""), "a fit requires a normal design"),
+        (("kind = \"normal\"", "kind = \"sobol\""), "the design has no seed"),
         (("file = ", "files = "), "Did you mean fit.file?"),
         (("[[fit]]\n", "[[fit]]\npath = \"plant.drive\"\n"), "plant.drive.breakaway_torque is not known"),
-        (("[[fit]]\n", "[[fit]]\npath = []\n"), "it has no path"),
+        (("[[fit]]\n", "[[fit]]\npath = []\n"), "missing path"),
         (("fit.toml", "fitted.toml"), "cannot read it"),
         (
             (
                 "[[fit]]\n",
                 "[[axis]]\nname = \"own\"\npath = \"model.own.kinetic_torque\"\nmean = 0.3\nsd = 0.01\n[[fit]]\n",
             ),
-            "it sets what the axis model.own.kinetic_torque sets",
+            "it sets the same parameter as axis model.own.kinetic_torque",
         ),
     ] {
         let message = refused(&whole.replace(from, to));
@@ -452,7 +453,7 @@ fn a_fit_that_cannot_be_drawn_from_is_refused_before_anything_runs() {
 }
 
 #[test]
-fn a_case_that_panics_says_so_and_the_others_are_what_they_are_without_it() {
+fn a_case_that_panics_reports_it_and_the_others_are_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let plan = plan(BELIEF);
     let silent = Watch::silent();
@@ -466,11 +467,11 @@ fn a_case_that_panics_says_so_and_the_others_are_what_they_are_without_it() {
             work.rows(cases, &silent)
         };
         let lost = |case, words: String| work.lost(case, &words);
-        parts.run_by(threads, &silent, |cases| none_ends_others(cases, run, lost)).unwrap();
+        parts.run_by(threads, &silent, |cases| isolate_panics(cases, run, lost)).unwrap();
         for (row, right) in rows(&parts.finish().unwrap()).iter().zip(&right) {
             if [5, 14].contains(&row.case) {
                 let failure = row.failure.as_deref().unwrap();
-                assert!(failure.starts_with("the program failed: the drawer is stuck ("), "{failure}");
+                assert!(failure.starts_with("internal error: the drawer is stuck ("), "{failure}");
                 assert!(failure.contains("tests.rs:"), "{failure}");
                 assert_eq!((&row.values, &row.measures[..]), (&right.values, &[None][..]));
             } else {
@@ -481,7 +482,7 @@ fn a_case_that_panics_says_so_and_the_others_are_what_they_are_without_it() {
 }
 
 #[test]
-fn parts_that_another_machine_has_run_make_the_same_file() {
+fn parts_from_another_machine_give_the_same_file() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |name: &str| std::fs::read(folder.path().join(name).join("study.parquet")).unwrap();
     let plan = plan(BELIEF);
@@ -492,17 +493,17 @@ fn parts_that_another_machine_has_run_make_the_same_file() {
     assert_eq!(parts.missing(), [0, 1, 2]);
     let work = Work::from_json(&parts.work().to_json()).unwrap();
     assert_eq!((work.parts(), work.part(2), work.part(3)), (3, 16..21, 21..21));
-    // What is no such part is refused, and not kept.
+    // An invalid part is refused, and not stored.
     let second = work.part_bytes(1, &silent).unwrap();
     for wrong in [&second, &second[..100]] {
-        assert!(parts.put(2, wrong).unwrap_err().to_string().contains("no such part of this study"));
+        assert!(parts.put(2, wrong).unwrap_err().to_string().contains("does not belong to this study"));
     }
     assert!(work.part_bytes(3, &silent).unwrap_err().to_string().contains("outside 0 … 2"));
-    assert!(parts.finish().unwrap_err().to_string().contains("0000000.parquet is not there"));
+    assert!(parts.finish().unwrap_err().to_string().contains("0000000.parquet is missing"));
     parts.put(2, &work.part_bytes(2, &silent).unwrap()).unwrap();
     parts.put(1, &second).unwrap();
 
-    // Whoever goes on: the part that is left is run here.
+    // The remaining part is run here.
     let parts = Parts::open(&plan, &folder.path().join("there"), &silent).unwrap();
     assert_eq!(parts.missing(), [0]);
     parts.run(2, &silent).unwrap();
@@ -515,9 +516,9 @@ fn parts_that_another_machine_has_run_make_the_same_file() {
 #[test]
 fn a_work_is_the_same_on_another_machine_without_the_files_of_this_one() {
     let folder = tempfile::tempdir().unwrap();
-    let own = folder.path().join("own.toml");
-    std::fs::write(&own, "[bench.controller]\nkind = \"cascade\"\nposition_gain = 31.7\n").unwrap();
-    let stated = format!("{:?}", own.display().to_string());
+    let file = folder.path().join("custom.toml");
+    std::fs::write(&file, "[bench.controller]\nkind = \"cascade\"\nposition_gain = 31.7\n").unwrap();
+    let stated = format!("{:?}", file.display().to_string());
     for (controller, tuned) in [("\"cascade+hold\"", true), (stated.as_str(), false)] {
         let text = format!(
             "manoeuvres = [\"hold\", \"sine_2hz\"]\ncontroller = {controller}\nplaces = 3\n[design]\nkind = \"normal\"\n\
@@ -528,10 +529,10 @@ fn a_work_is_the_same_on_another_machine_without_the_files_of_this_one() {
         let work = plan(&text).ready(folder.path(), &Watch::silent()).unwrap();
         assert_eq!(std::fs::remove_file(folder.path().join("tuned-cascade.toml")).is_ok(), tuned);
         let sent = work.to_json();
-        let kept = own.with_extension("away");
-        std::fs::rename(&own, &kept).unwrap();
+        let moved = file.with_extension("away");
+        std::fs::rename(&file, &moved).unwrap();
         let there = Work::from_json(&sent).unwrap();
-        std::fs::rename(&kept, &own).unwrap();
+        std::fs::rename(&moved, &file).unwrap();
         assert_eq!(there.follows_from, work.follows_from);
         for case in [0, 7, 19] {
             let preset = |work: &Work| work.preset(case, &work.plan.values(case)).unwrap();
@@ -547,11 +548,14 @@ fn a_work_of_another_version_is_refused_with_both() {
     let version = format!("\"version\":\"{}\"", env!("CARGO_PKG_VERSION"));
     let refused = |text: &str| Work::from_json(text).unwrap_err().to_string();
     let other = refused(&sent.replace(&version, "\"version\":\"0.0.1\",\"more\":1"));
-    assert!(other.contains("it is of stickslip 0.0.1, and this is stickslip ") && other.contains("Install"), "{other}");
-    // Nothing else is looked at before.
+    assert!(
+        other.contains("it was made by stickslip 0.0.1, but this is stickslip ") && other.contains("Install"),
+        "{other}"
+    );
+    // Nothing else is checked before.
     assert_eq!(refused("{\"version\":\"0.0.1\"}"), other);
-    assert!(refused("{}").contains("version") && refused(&sent[..200]).contains("Send it as it was made"));
-    assert!(refused(&sent.replace("sine_2hz", "crawl")).contains("a manoeuvre of it is none"));
+    assert!(refused("{}").contains("version") && refused(&sent[..200]).contains("Send the text unchanged"));
+    assert!(refused(&sent.replace("sine_2hz", "crawl")).contains("unknown manoeuvre"));
 }
 
 #[test]
@@ -566,20 +570,20 @@ fn a_part_is_a_hundredth_of_the_cases_a_second_of_work_and_whole_vectors() {
     };
     assert_eq!(parts("sine_2hz", 7, 1), (1, 7));
     assert_eq!(parts("sine_2hz", 1000, 1), (63, 16));
-    // 3.3 s each: 90 cases, and so 96.
+    // 3.3 s each: 90 cases, rounded up to 96.
     assert_eq!(parts("sine_2hz", 100_000, 1), (1042, 96));
     assert_eq!(parts("sine_2hz", 100_000, 100), (12_500, 8));
-    // What a part follows from takes no more than the part, and differs where a single bit does.
+    // The inputs of a part take less space than the part, and differ for any bit.
     let mut long = plan(BELIEF);
     let values: Vec<f64> = (0..100_000).map(|k| 1e-3 + 1e-9 * f64::from(k)).collect();
-    let said = |plan: &Plan| Work::new(plan.clone(), None).unwrap().follows_from;
+    let inputs = |plan: &Plan| Work::new(plan.clone(), None).unwrap().follows_from;
     long.axes[1].spread = Spread::Values(values.clone());
-    assert!(said(&long).len() < 100 + said(&plan(BELIEF)).len());
+    assert!(inputs(&long).len() < 100 + inputs(&plan(BELIEF)).len());
     let mut other = long.clone();
     let mut values = values;
     values[70_000] = values[70_000].next_up();
     other.axes[1].spread = Spread::Values(values);
-    assert_ne!(said(&other), said(&long));
+    assert_ne!(inputs(&other), inputs(&long));
     // No more parts than can be listed.
     let mut many = plan(BELIEF);
     (many.design, many.seeds) = (Design::Sobol { samples: 1_000_000_000 }, 1000);
@@ -606,10 +610,10 @@ fn stiffness(more: &str) -> String {
 }
 
 #[test]
-fn a_study_chooses_its_steps_and_what_it_says_of_the_error_is_true() {
+fn a_study_selects_its_steps_and_states_their_true_error() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, more: &str, set: &str| {
-        // Counts so small that none of them decides.
+        // Counts so small that none of them matters.
         let encoder = "counts_per_revolution = 4e6";
         let more = format!("{more}\n[set]\nplant.encoder.{encoder}\nmodel.encoder.{encoder}\n{set}");
         rows(&run_study(&plan(&stiffness(&more)), &folder.path().join(name), &Watch::silent()).unwrap())
@@ -623,7 +627,7 @@ fn a_study_chooses_its_steps_and_what_it_says_of_the_error_is_true() {
             assert!(error <= tolerance, "{row:?}");
             for (value, exact) in row.measures.iter().zip(&exact.measures) {
                 let (value, exact) = (value.unwrap(), exact.unwrap());
-                // What is of higher order comes on top, and a sample of the noise that comes sooner or later.
+                // Terms of higher order are added, and a noise sample that comes earlier or later.
                 assert!((value - exact).abs() <= (error + 5e-4) * exact, "{value}, truly {exact}, stated {error}");
             }
         }
@@ -648,31 +652,31 @@ fn a_machine_that_needs_finer_steps_gets_them() {
 }
 
 #[test]
-fn what_the_steps_are_worth_is_told() {
+fn the_accuracy_of_the_steps_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, tolerance: f64| {
         let plan = plan(&stiffness(&format!("tolerance = {tolerance}")));
         run_study(&plan, &folder.path().join(name), &Watch::silent()).unwrap().findings().unwrap()
     };
-    let told = run("usual", 0.01).told();
+    let sentences = run("usual", 0.01).sentences();
     assert!(
-        told.contains("twice as long they move no measure by more than") && told.contains("(asked: 1.0 %)"),
-        "{told}"
+        sentences.contains("doubling them changes no measure by more than") && sentences.contains("(tolerance: 1.0 %)"),
+        "{sentences}"
     );
-    // Finer than what a count of the encoder leaves.
+    // Finer than a count of the encoder allows.
     let findings = run("beyond", 1e-9);
-    assert!(findings.told().contains("more than the 0.00000010 % asked for"), "{}", findings.told());
+    assert!(findings.sentences().contains("exceeds the tolerance of 0.00000010 %"), "{}", findings.sentences());
     let summary = findings.summary();
     assert_eq!(summary.value("study.cases_beyond_tolerance"), Some(3.0));
     assert!(findings.report("").html().contains("were halved until no measure moved"));
 }
 
 #[test]
-fn a_tolerance_that_is_none_or_has_no_say_is_refused() {
+fn an_invalid_or_unused_tolerance_is_refused() {
     for (more, words) in [
         ("tolerance = 0.0", "must be within 1e-9 … 1"),
         ("tolerance = nan", "must be within 1e-9 … 1"),
-        ("tolerance = 0.01\n[set]\nbench.plant_step = 1e-5", "is stated besides"),
+        ("tolerance = 0.01\n[set]\nbench.plant_step = 1e-5", "are stated, and the tolerance selects"),
     ] {
         let message = refused(&stiffness(more));
         assert!(message.contains(words), "{message}");

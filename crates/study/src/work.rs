@@ -1,4 +1,4 @@
-//! What the cases of a study follow from, so that anybody can run them, here or on another machine.
+//! Inputs of the cases of a study, so that they can run here or on another machine.
 
 use std::ops::Range;
 use std::path::Path;
@@ -16,23 +16,23 @@ use stickslip_base::statistics::splitmix;
 use stickslip_base::{Error, Watch};
 use stickslip_simulate::fast_bench::LANES;
 
-/// Whose results they are: another version may compute otherwise.
+/// Version of the results: another version may compute other numbers.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// What messages call a work that came from elsewhere.
+/// Name of a received work in messages.
 const NAME: &str = "work of a study";
 
-/// Fewest and most cases of a part, unless there are more parts than can be listed.
+/// Fewest and most cases of a part, within the limit of parts.
 const PART: [u64; 2] = [LANES as u64, 1000];
-/// Most parts.
+/// Largest number of parts.
 const PARTS: u64 = 1_000_000;
-/// Simulated time of a part [s], about a second of a core: an interruption costs little, and so does handing a part to
-/// another machine beside running it.
+/// Simulated time of a part [s], about a second of a core: an interruption loses little, and handing a part to another
+/// machine costs little compared with running it.
 const PART_TIME: f64 = 300.0;
 
-/// Values of an axis that are listed where it is said what rows follow from.
+/// Largest number of values of an axis that are listed in the inputs of rows.
 const LISTED: usize = 32;
 
-/// A plan whose controller is tuned. Its cases come in parts, each of which is a function of its number.
+/// A plan with its tuned controller. Its cases come in parts, each of which is a function of its number.
 #[derive(Clone, Debug)]
 pub struct Work {
     pub(super) plan: Plan,
@@ -41,7 +41,7 @@ pub struct Work {
     /// Cases of each part but the last.
     size: u64,
     pub(super) columns: Columns,
-    /// All that a result follows from: another study's results are not taken for this one's.
+    /// All inputs of a result: those of another study are not reused.
     pub(super) follows_from: String,
 }
 
@@ -49,29 +49,29 @@ impl Work {
     pub(super) fn new(plan: Plan, tuned: Option<ControllerChoice<f64>>) -> Result<Self, Error> {
         let cases = plan.cases()?;
         let time: f64 = plan.runs().map(|(manoeuvre, _, chance)| simulated_time(manoeuvre, &plan.preset, chance)).sum();
-        // A hundredth of all at most; what has no time that could be told is cut as finely as can be.
+        // At most a hundredth of all cases; work of unknown duration is divided as finely as possible.
         let size = (cases / 100).min((PART_TIME / time) as u64).max(cases / PARTS).clamp(PART[0], PART[1]);
         let (columns, follows_from) = (Columns::of(&plan), follows_from(&plan, tuned));
-        // Whole vectors, so that no lane of a part but the last is left.
+        // Whole vectors, so that all lanes of all parts but the last are used.
         Ok(Work { plan, tuned, cases, size: size.next_multiple_of(PART[0]), columns, follows_from })
     }
 
-    /// How many parts there are.
+    /// Number of parts.
     pub fn parts(&self) -> usize {
-        // A billion cases at most, of eight at least.
+        // A billion cases at most, with at least eight in a part.
         self.cases.div_ceil(self.size) as usize
     }
 
-    /// The cases of a part, counted from 0; none where there is no such part.
+    /// The cases of a part, counted from 0; none for an unknown part.
     pub fn part(&self, index: usize) -> Range<u64> {
         let first = (index as u64).saturating_mul(self.size).min(self.cases);
         first..first.saturating_add(self.size).min(self.cases)
     }
 
-    /// Runs the cases of a part on this thread: the bytes of its file, the same wherever they are computed.
+    /// Runs the cases of a part on this thread and returns the bytes of its file, which do not depend on the machine.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; [`Error::OutOfRange`] for a part that there is not.
+    /// [`Error::Cancelled`]; [`Error::OutOfRange`] for an unknown part.
     pub fn part_bytes(&self, index: usize, watch: &Watch) -> Result<Vec<u8>, Error> {
         let cases = self.part(index);
         if cases.is_empty() {
@@ -81,7 +81,7 @@ impl Work {
                 unit: "1",
                 minimum: 0.0,
                 maximum: (self.parts() - 1) as f64,
-                remedy: "Count from 0.",
+                remedy: "Parts are numbered from 0.",
             });
         }
         let mut rows = Vec::new();
@@ -106,7 +106,7 @@ impl Work {
     /// The preset of a case.
     ///
     /// # Errors
-    /// [`Error::Parameters`] where the values do not go together.
+    /// [`Error::Parameters`] for inconsistent values.
     pub(super) fn preset(&self, case: u64, values: &[f64]) -> Result<Preset<f64>, Error> {
         let Plan { axes, entrant, .. } = &self.plan;
         let mut preset = self.plan.preset;
@@ -116,14 +116,14 @@ impl Work {
         match entrant {
             None => apply(&mut preset, &|_| true),
             Some(entrant) => {
-                // Who holds by the believed breakaway torque holds by a belief that may be changed: after it.
+                // A hold that uses the modelled breakaway torque uses the changed model: after it.
                 apply(&mut preset, &|path| !of_entrant(path));
                 preset = entrant.on(&preset, self.tuned);
                 apply(&mut preset, &of_entrant);
             }
         }
         if self.plan.tolerance.is_some() {
-            // A case that needs finer steps than the preset states gets them.
+            // A case may have finer steps than the preset.
             let coarsest = preset.bench.tick_time() / coarsest(&preset) as f64;
             preset.bench.plant_step = preset.bench.plant_step.min(coarsest);
         }
@@ -131,7 +131,7 @@ impl Work {
         Ok(preset)
     }
 
-    /// As a text, for another machine: no file of this one is needed there.
+    /// The work as text, for another machine: no file of this one is required there.
     pub fn to_json(&self) -> String {
         let plan = &self.plan;
         let with = |controller| {
@@ -156,16 +156,16 @@ impl Work {
         serde_json::to_string(&sent).expect("strings and numbers")
     }
 
-    /// From such a text.
+    /// A work from such a text.
     ///
     /// # Errors
-    /// [`Error::Document`] for one of another version, or none; what its parameters are refused for.
+    /// [`Error::Document`] for another version or an invalid text; errors of its parameters.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         let refused = |reason, remedy| Error::Document { path: NAME.into(), place: None, reason, remedy };
-        let no_work = |error: serde_json::Error| refused(error.to_string(), "Send it as it was made.");
+        let no_work = |error: serde_json::Error| refused(error.to_string(), "Send the text unchanged.");
         let Version { version } = serde_json::from_str(text).map_err(no_work)?;
         if version != VERSION {
-            let reason = format!("it is of stickslip {version}, and this is stickslip {VERSION}");
+            let reason = format!("it was made by stickslip {version}, but this is stickslip {VERSION}");
             return Err(refused(reason, "Install the same version on all machines."));
         }
         let sent: Sent = serde_json::from_str(text).map_err(no_work)?;
@@ -182,8 +182,7 @@ impl Work {
             machine: sent.machine,
             preset: preset(&sent.preset)?,
             entrant,
-            manoeuvres: manoeuvres
-                .ok_or_else(|| refused("a manoeuvre of it is none".into(), "Send it as it was made."))?,
+            manoeuvres: manoeuvres.ok_or_else(|| refused("unknown manoeuvre".into(), "Send the text unchanged."))?,
             seeds: sent.seeds,
             places: sent.places,
             tolerance: sent.tolerance,
@@ -196,14 +195,14 @@ impl Work {
     }
 }
 
-/// A work on its way; presets are the texts of files.
+/// A serialized work; presets are the texts of files.
 #[derive(Serialize, Deserialize)]
 struct Sent {
     version: String,
     title: String,
     machine: String,
     preset: String,
-    /// Its name, and what its file states if it has one.
+    /// Name, and the contents of its file if it has one.
     entrant: Option<(String, Option<String>)>,
     /// The machine with the tuned controller.
     tuned: Option<String>,
@@ -215,7 +214,7 @@ struct Sent {
     design: Design,
 }
 
-/// What any version can be asked for.
+/// The part of the text that is common to all versions.
 #[derive(Deserialize)]
 struct Version {
     version: String,
@@ -231,8 +230,8 @@ fn follows_from(plan: &Plan, tuned: Option<ControllerChoice<f64>>) -> String {
     format!("stickslip {VERSION} {name:?} {manoeuvres:?} {seeds} {places} {tolerance:?}\n{axes}{design:?}\n{values}")
 }
 
-/// What an axis changes, in a line; of a long list of values their number and what their bits come to, since each part
-/// says it.
+/// The changes of an axis, in a line; of a long list of values their number and a hash of their bits, since each part
+/// repeats it.
 fn changed(axis: &Axis) -> String {
     let Axis { name, paths, factor, unit, spread } = axis;
     let values = match spread.listed() {

@@ -37,7 +37,7 @@ impl Study {
         let findings = run_study(&plan, &self.out, watch)?.findings()?;
         let summary = findings.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
-            writeln!(out, "{}", findings.told())?;
+            writeln!(out, "{}", findings.sentences())?;
             Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
         })
     }

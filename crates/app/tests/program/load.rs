@@ -36,7 +36,7 @@ fn the_example_is_ranked_with_the_built_in_controllers() {
     };
     let printed = ranked();
     assert!(
-        printed.contains("./p_pi.so") && !printed.contains("would have stopped") && !printed.contains("failed"),
+        printed.contains("./p_pi.so") && !printed.contains("stopped by the supervision") && !printed.contains("failed"),
         "{printed}"
     );
     let alone = run(env!("CARGO_BIN_EXE_stickslip"), &["serve", "--trust"], folder);
@@ -91,7 +91,7 @@ fn the_example_is_ranked_with_the_built_in_controllers() {
     std::fs::write(folder.join("fails.c"), fails).expect("the folder takes files");
     assert!(run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "fails.c"], folder).status.success());
     let printed = ranked();
-    assert!(printed.contains("./p_pi.so failed, at first of this: ") && printed.contains("(code 7)"), "{printed}");
+    assert!(printed.contains("./p_pi.so failed; first fault: ") && printed.contains("(code 7)"), "{printed}");
     assert_ne!(std::fs::read_to_string(&cell).expect("text"), before, "the stored results were those of another file");
 }
 

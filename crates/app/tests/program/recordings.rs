@@ -154,5 +154,5 @@ fn a_model_of_the_first_half_is_validated_on_the_second_as_the_library_does() {
     assert!(printed.contains("all in order"), "{printed}");
     let no_model = ["validate", "second.csv", "--model", machine_path, "--machine", machine_path];
     let refused = stickslip(folder.path(), &no_model, "");
-    assert!(stderr(&refused).contains("no table [identified]"), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("missing table [identified]"), "{}", stderr(&refused));
 }

@@ -1,10 +1,10 @@
-//! Which column of a recording may be what, and in which unit: by name, unit and numbers.
+//! Candidates for the roles of columns and their units: by name, unit and numbers.
 
 use stickslip_base::units::Dimension::{self, Angle, Counts, Current, Force, Length, Share, Time, Torque, Voltage};
 use stickslip_base::units::measure;
 use stickslip_recording::{Column, Recording};
 
-/// What a column can be.
+/// Role of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     Time,
@@ -14,7 +14,7 @@ pub(super) enum Role {
 }
 
 impl Role {
-    /// Words of a name that speak for the role, in the languages of data sheets and theses.
+    /// Words in names that indicate the role, in the languages of data sheets and theses.
     fn words(self) -> &'static [&'static str] {
         match self {
             Role::Time => &["t", "time", "zeit", "timestamp", "temps", "sec", "seconds"],
@@ -73,7 +73,7 @@ impl Role {
     }
 }
 
-/// Words that say that something was measured, and not what.
+/// Words that indicate a measurement, but not its quantity.
 const MEASURED: &[&str] = &["ist", "istwert", "actual", "act", "measured", "meas"];
 
 /// Words of a name, in small letters: `Pos_Soll (act)` has three.
@@ -82,58 +82,58 @@ fn words(name: &str) -> Vec<String> {
 }
 
 /// Whether a name has one of these words, a longer one also within a compound: `Sollposition`.
-fn named(name: &str, among: &[&str]) -> bool {
+fn has_word(name: &str, among: &[&str]) -> bool {
     let is = |word: &str, known: &str| word == known || (known.len() >= 4 && word.contains(known));
     words(name).iter().any(|word| among.iter().any(|known| is(word, known)))
 }
 
-/// The likeliest column for a role that is not taken; none where nothing speaks for any.
-pub(super) fn proposed<'a>(recording: &'a Recording, role: Role, taken: &[&str]) -> Option<&'a Column> {
+/// The likeliest free column for a role; none without any indication.
+pub(super) fn proposed<'a>(recording: &'a Recording, role: Role, used: &[&str]) -> Option<&'a Column> {
     let free =
-        recording.columns().iter().filter(|c| !taken.contains(&c.name.as_str()) && recording.column(&c.name).is_ok());
+        recording.columns().iter().filter(|c| !used.contains(&c.name.as_str()) && recording.column(&c.name).is_ok());
     let mut scored: Vec<(i32, &Column)> = free.map(|c| (score(c, role), c)).filter(|(score, _)| *score > 0).collect();
-    // Of equals the first in the file.
+    // Of equal scores the first in the file.
     scored.sort_by_key(|(score, _)| -score);
     scored.first().map(|(_, column)| *column)
 }
 
 fn score(column: &Column, role: Role) -> i32 {
-    let named = |role: Role| named(&column.name, role.words());
+    let is_named = |role: Role| has_word(&column.name, role.words());
     let constant = column.values.iter().all(|v| *v == column.values[0]);
     let rises = column.values.windows(2).all(|w| w[1] > w[0]);
-    let mut score = if named(role) { 4 } else { 0 };
-    if let Some((dimension, _)) = stated(column).as_deref().and_then(measure) {
+    let mut score = if is_named(role) { 4 } else { 0 };
+    if let Some((dimension, _)) = unit_in_header(column).as_deref().and_then(measure) {
         score += if role.fits().contains(&dimension) { 3 } else { -20 };
     }
     match role {
         Role::Time if !rises => score -= 20,
         Role::Time => score += 2,
-        _ if constant || (rises && named(Role::Time)) => score -= 20,
-        Role::Position if named(Role::Reference) => score -= 5,
-        Role::Position if self::named(&column.name, MEASURED) => score += 1,
+        _ if constant || (rises && is_named(Role::Time)) => score -= 20,
+        Role::Position if is_named(Role::Reference) => score -= 5,
+        Role::Position if has_word(&column.name, MEASURED) => score += 1,
         // A second position may be another encoder: only its name makes it a reference.
-        Role::Reference if !named(Role::Reference) => score -= 20,
+        Role::Reference if !is_named(Role::Reference) => score -= 20,
         _ => {}
     }
     score
 }
 
-/// The unit that header or name give: `pos_mm`.
-fn stated(column: &Column) -> Option<String> {
+/// The unit in header or name: `pos_mm`.
+fn unit_in_header(column: &Column) -> Option<String> {
     let suffix = || column.name.rsplit_once('_').map(|(_, unit)| unit.to_owned());
     column.unit.clone().filter(|unit| measure(unit).is_some()).or_else(|| suffix().filter(|u| measure(u).is_some()))
 }
 
-/// The unit as given, or what the numbers look like.
+/// The unit of the header, or a guess from the numbers.
 pub(super) fn unit_of(column: &Column, role: Role) -> String {
     let fits = |unit: &String| measure(unit).is_some_and(|(dimension, _)| role.fits().contains(&dimension));
-    if let Some(unit) = stated(column).filter(fits) {
+    if let Some(unit) = unit_in_header(column).filter(fits) {
         return unit;
     }
     let (low, high) = column.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    let named = |among: &[&str]| named(&column.name, among);
+    let is_named = |among: &[&str]| has_word(&column.name, among);
     let unit = match role {
-        // Drives record at 20 Hz at least.
+        // Drives record at 20 Hz or faster.
         Role::Time => match (high - low) / column.values.len() as f64 {
             step if step < 0.05 => "s",
             step if step < 50.0 => "ms",
@@ -141,7 +141,7 @@ pub(super) fn unit_of(column: &Column, role: Role) -> String {
         },
         Role::Position | Role::Reference => match high - low {
             _ if column.values.iter().all(|v| v.fract() == 0.0) => "counts",
-            _ if named(&["angle", "phi", "theta", "winkel"]) => {
+            _ if is_named(&["angle", "phi", "theta", "winkel"]) => {
                 if high - low > 20.0 {
                     "deg"
                 } else {
@@ -152,10 +152,10 @@ pub(super) fn unit_of(column: &Column, role: Role) -> String {
             _ => "mm",
         },
         Role::Command => match () {
-            () if named(&["current", "strom", "i", "iq"]) => "A",
-            () if named(&["torque", "moment"]) => "N m",
-            () if named(&["force", "kraft"]) => "N",
-            () if named(&["duty", "pwm", "load", "percent"]) => "%",
+            () if is_named(&["current", "strom", "i", "iq"]) => "A",
+            () if is_named(&["torque", "moment"]) => "N m",
+            () if is_named(&["force", "kraft"]) => "N",
+            () if is_named(&["duty", "pwm", "load", "percent"]) => "%",
             () => "V",
         },
     };

@@ -6,8 +6,8 @@
 //! command [N, N m]    × gain [1], which may be left out
 //! ```
 //!
-//! A torque is the motor's: times the gear's ratio it is that on the load or on the screw, there times 2π/h the force on
-//! the carriage. A force is that on the carriage.
+//! A torque is the motor's: multiplied by the gear's ratio it is that on the load or on the screw, and multiplied by
+//! 2π/h the force on the carriage. A force is that on the carriage.
 
 use crate::IdentifyError;
 use std::f64::consts::TAU;
@@ -22,18 +22,18 @@ use stickslip_base::units::Dimension::{
 };
 use stickslip_base::units::{Quantity, measure, unfit};
 
-/// What the recorded command is.
+/// The recorded command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
-    /// What it measures.
+    /// Its dimension.
     pub command: Dimension,
-    /// Its unit, as users of the drive know it.
+    /// Its unit, as used by the drive.
     pub unit: String,
-    /// Magnitude beyond which the drive does not follow, SI unit.
+    /// Largest magnitude that the drive follows, SI unit.
     pub limit: Option<f64>,
 }
 
-/// As in the file.
+/// The table in the file.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Table {
@@ -42,7 +42,7 @@ pub(super) struct Table {
     limit: Option<Quantity>,
 }
 
-/// What is between motor and axis.
+/// Transmission between motor and axis.
 pub(super) struct Chain {
     pub(super) axis: Axis,
     pub(super) screw_lead: Option<f64>,
@@ -50,13 +50,13 @@ pub(super) struct Chain {
 }
 
 impl Chain {
-    /// The command, and force or torque on the axis per SI unit of it. `told` is the unit of the command if the machine
-    /// file names it; else the drive's own units say what it must be.
-    pub(super) fn drive(&self, table: &Table, told: Option<&str>, path: &Path) -> Result<(Drive, f64), Error> {
+    /// The command, and force or torque on the axis per SI unit of it. `stated_unit` is the unit of the command in the
+    /// machine file, if any; otherwise the drive's own units determine it.
+    pub(super) fn drive(&self, table: &Table, stated_unit: Option<&str>, path: &Path) -> Result<(Drive, f64), Error> {
         let place = |field: &str| format!("{}: {field}", path.display());
-        let command = self.command(table, told, &place("columns.command"))?;
+        let command = self.command(table, stated_unit, &place("columns.command"))?;
         let limit = table.limit.as_ref().map(|limit| limit.si(command, &place("drive.limit"))).transpose()?;
-        // What the gain multiplies, and how much of it the command is.
+        // Quantity that the gain multiplies, and its factor on the command.
         let (input, rated) = match &table.rated {
             None => (command, 1.0),
             Some(rated) if command == Share => among(rated, &[Current, Voltage, Force, Torque], &place("drive.rated"))?,
@@ -75,9 +75,9 @@ impl Chain {
             (Some(gain), _) => among(gain, &allowed, &place("drive.gain"))?,
             (None, Force | Torque) => (Share, 1.0),
             (None, _) => {
-                let unit = told.unwrap_or(command.si_unit());
+                let unit = stated_unit.unwrap_or(command.si_unit());
                 let message = format!(
-                    "drive.gain is missing. Say what force or torque a command in {unit} makes, in one of: {}.",
+                    "drive.gain is missing. State the force or torque per command in {unit}, in one of: {}.",
                     allowed.iter().map(|d| d.si_unit()).collect::<Vec<_>>().join(", ")
                 );
                 return Err(IdentifyError::MachineFile { path: path.to_owned(), message }.into());
@@ -91,16 +91,16 @@ impl Chain {
             (false, Axis::Linear, _) => 1.0,
             _ => return Err(unfit(effect.si_unit(), &self.reachable([Force, Torque]), &place("drive"))),
         };
-        let unit = told.unwrap_or(command.si_unit()).to_owned();
+        let unit = stated_unit.unwrap_or(command.si_unit()).to_owned();
         Ok((Drive { command, unit, limit }, rated * gain * transmission))
     }
 
-    /// What the command measures.
-    fn command(&self, table: &Table, told: Option<&str>, place: &str) -> Result<Dimension, Error> {
-        let known = [Voltage, Current, Share, Force, Torque];
-        if let Some(unit) = told {
-            let measured = measure(unit).map(|(dimension, _)| dimension).filter(|d| known.contains(d));
-            return measured.ok_or_else(|| unfit(unit, &known, place));
+    /// Dimension of the command.
+    fn command(&self, table: &Table, stated_unit: Option<&str>, place: &str) -> Result<Dimension, Error> {
+        let allowed = [Voltage, Current, Share, Force, Torque];
+        if let Some(unit) = stated_unit {
+            let measured = measure(unit).map(|(dimension, _)| dimension).filter(|d| allowed.contains(d));
+            return measured.ok_or_else(|| unfit(unit, &allowed, place));
         }
         if table.rated.is_some() {
             return Ok(Share);
@@ -114,7 +114,7 @@ impl Chain {
         })
     }
 
-    /// Of a force and a torque, those that reach the axis.
+    /// The dimensions, of a force and a torque, that act on the axis.
     fn reachable(&self, [force, torque]: [Dimension; 2]) -> Vec<Dimension> {
         match (self.axis, self.screw_lead) {
             (Axis::Rotary, _) => vec![torque],
@@ -124,9 +124,9 @@ impl Chain {
     }
 }
 
-/// What a quantity measures, if it is one of these, and its SI value.
+/// Dimension and SI value of a quantity, if its dimension is one of these.
 fn among(quantity: &Quantity, dimensions: &[Dimension], place: &str) -> Result<(Dimension, f64), Error> {
-    let found = measure(&quantity.unit).filter(|(dimension, _)| dimensions.contains(dimension));
-    let (dimension, factor) = found.ok_or_else(|| unfit(&quantity.unit, dimensions, place))?;
+    let dimension_and_factor = measure(&quantity.unit).filter(|(dimension, _)| dimensions.contains(dimension));
+    let (dimension, factor) = dimension_and_factor.ok_or_else(|| unfit(&quantity.unit, dimensions, place))?;
     Ok((dimension, quantity.value * factor))
 }

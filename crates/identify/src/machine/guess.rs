@@ -1,6 +1,6 @@
-//! A machine file for a recording: proposed by names, units and numbers, and settled by answers.
+//! A machine file for a recording: guessed from names, units and numbers, and completed by answers.
 //!
-//! [`Draft::next`] asks, with a guess; [`Draft::answer`] takes what is said; [`Draft::toml`] writes the file.
+//! [`Draft::next`] asks, with a guess; [`Draft::answer`] takes the answer; [`Draft::toml`] writes the file.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -19,7 +19,7 @@ pub struct Draft<'a> {
     answers: Vec<(Key, String)>,
 }
 
-/// What is asked.
+/// Subject of a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Key {
     Name,
@@ -45,42 +45,42 @@ enum Key {
 /// A question with its guess.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// In words.
+    /// Text of the question.
     pub text: String,
-    /// What is taken if nothing is said.
+    /// Default answer.
     pub guess: String,
     key: Key,
 }
 
-/// The answer for what there is not.
+/// The answer "none".
 const NONE: &str = "-";
 
 impl<'a> Draft<'a> {
-    /// Without an answer yet.
+    /// A draft without answers.
     pub fn new(recording: &'a Recording) -> Self {
         Draft { recording, answers: Vec::new() }
     }
 
-    fn said(&self, key: Key) -> Option<&str> {
+    fn answer_to(&self, key: Key) -> Option<&str> {
         self.answers.iter().find(|(k, _)| *k == key).map(|(_, answer)| answer.as_str())
     }
 
     fn column(&self, key: Key) -> Option<&Column> {
-        let name = self.said(key).filter(|name| *name != NONE)?;
+        let name = self.answer_to(key).filter(|name| *name != NONE)?;
         self.recording.columns().iter().find(|c| c.name == name)
     }
 
     fn measured(&self, key: Key) -> Option<Dimension> {
-        self.said(key).and_then(measure).map(|(dimension, _)| dimension)
+        self.answer_to(key).and_then(measure).map(|(dimension, _)| dimension)
     }
 
     fn axis(&self) -> Axis {
-        if self.said(Key::Axis) == Some("rotary") { Axis::Rotary } else { Axis::Linear }
+        if self.answer_to(Key::Axis) == Some("rotary") { Axis::Rotary } else { Axis::Linear }
     }
 
-    /// Whether a torque or an angle must become a force or a way.
+    /// Whether a torque or an angle must become a force or a distance.
     fn needs_lead(&self) -> bool {
-        let gain = self.said(Key::Gain).or(self.said(Key::Rated)).and_then(|text| quantity(text).ok());
+        let gain = self.answer_to(Key::Gain).or(self.answer_to(Key::Rated)).and_then(|text| quantity(text).ok());
         let torque = gain.is_some_and(|(_, unit)| unit.replace(' ', "").contains("Nm"));
         let counted = self.measured(Key::PositionUnit) == Some(Counts);
         self.axis() == Axis::Linear
@@ -90,11 +90,11 @@ impl<'a> Draft<'a> {
                 || self.measured(Key::PositionUnit) == Some(Angle))
     }
 
-    /// Questions that what was said so far leaves to ask, in order.
+    /// Whether a question applies after the answers so far.
     fn applies(&self, key: Key) -> bool {
         let command = self.measured(Key::CommandUnit);
         let torque = command == Some(Share) && self.measured_quantity(Key::Rated) == Some(Torque);
-        let cascade = self.said(Key::Controller) == Some("p-p");
+        let cascade = self.answer_to(Key::Controller) == Some("p-p");
         match key {
             Key::TimeUnit => self.column(Key::Time).is_some(),
             Key::Period => self.column(Key::Time).is_none(),
@@ -112,11 +112,11 @@ impl<'a> Draft<'a> {
     }
 
     fn measured_quantity(&self, key: Key) -> Option<Dimension> {
-        let (_, unit) = quantity(self.said(key)?).ok()?;
+        let (_, unit) = quantity(self.answer_to(key)?).ok()?;
         measure(&unit).map(|(dimension, _)| dimension)
     }
 
-    /// What to ask next; none when the file can be written.
+    /// The next question; none when the file can be written.
     pub fn next(&self) -> Option<Question> {
         use Key::{
             Axis, Command, CommandUnit, Controller, CountsPerRev, Gain, Lead, Limit, Name, Period, Position,
@@ -142,12 +142,12 @@ impl<'a> Draft<'a> {
             VelocityGain,
             Limit,
         ];
-        let key = ORDER.into_iter().find(|key| self.said(*key).is_none() && self.applies(*key))?;
+        let key = ORDER.into_iter().find(|key| self.answer_to(*key).is_none() && self.applies(*key))?;
         Some(Question { text: self.text(key), guess: self.guess(key), key })
     }
 
     fn text(&self, key: Key) -> String {
-        let unit = self.said(Key::CommandUnit).unwrap_or_default();
+        let unit = self.answer_to(Key::CommandUnit).unwrap_or_default();
         let text = match key {
             Key::Name => "Name of the machine",
             Key::Axis => "Does it move linear or rotary",
@@ -160,7 +160,7 @@ impl<'a> Draft<'a> {
             Key::Reference => "Column of the reference position, - if there is none",
             Key::Command => "Column of the command to the drive",
             Key::CommandUnit => "Unit of the command: V, A, %, N m, N",
-            Key::Rated => "What is a command of 100 %, with unit: A, N m, N",
+            Key::Rated => "Quantity at a command of 100 %, with unit: A, N m, N",
             Key::Gain if unit == "%" || unit == "‰" || unit == "1" => {
                 return "Force or torque per current or voltage, with unit: N m/A, N/A, N m/V, N/V".into();
             }
@@ -199,9 +199,9 @@ impl<'a> Draft<'a> {
             Key::Command => column(Role::Command),
             Key::CommandUnit => unit(Key::Command, Role::Command),
             Key::Rated => "1 N m".into(),
-            // No recording tells it: with 1, forces come out in units of the command.
+            // Not identifiable from any recording: with 1, forces come out in units of the command.
             Key::Gain => {
-                let per = self.said(Key::CommandUnit).filter(|_| self.measured(Key::CommandUnit) != Some(Share));
+                let per = self.answer_to(Key::CommandUnit).filter(|_| self.measured(Key::CommandUnit) != Some(Share));
                 let force = if self.axis() == Axis::Linear { "N" } else { "N m" };
                 format!("1 {force}/{}", per.unwrap_or("A"))
             }
@@ -211,10 +211,11 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Takes an answer; nothing said takes the guess.
+    /// Takes an answer; an empty answer takes the guess.
     ///
     /// # Errors
-    /// [`Error::Answer`] if it is none: no such column, another unit, no positive number. The question stays.
+    /// [`Error::Answer`] for an invalid answer: unknown column, wrong unit, a number that is not positive. The question
+    /// stays.
     pub fn answer(&mut self, question: &Question, text: &str) -> Result<(), Error> {
         let answer = if text.trim().is_empty() { question.guess.clone() } else { text.trim().to_owned() };
         let refuse =
@@ -230,23 +231,23 @@ impl<'a> Draft<'a> {
                 }
             }
             Key::Axis if !["linear", "rotary"].contains(&answer.as_str()) => {
-                return refuse("Say linear or rotary.".into());
+                return refuse("Answer linear or rotary.".into());
             }
             Key::Controller if !["p-p", "unknown"].contains(&answer.as_str()) => {
-                return refuse("Say p-p or unknown.".into());
+                return refuse("Answer p-p or unknown.".into());
             }
-            Key::TimeUnit if !unit(&[Time]) => return refuse("Say s, ms or us.".into()),
+            Key::TimeUnit if !unit(&[Time]) => return refuse("Answer s, ms or us.".into()),
             Key::PositionUnit if !unit(&[Length, Angle, Counts]) => {
-                return refuse("Say m, mm, um, rad, deg, rev or counts.".into());
+                return refuse("Answer m, mm, um, rad, deg, rev or counts.".into());
             }
             Key::CommandUnit if !unit(&[Voltage, Current, Share, Torque, Force]) => {
-                return refuse("Say V, A, %, N m or N.".into());
+                return refuse("Answer V, A, %, N m or N.".into());
             }
             Key::CountsPerRev | Key::PositionGain | Key::VelocityGain | Key::Limit if !positive(&answer) => {
-                return refuse("Give a positive number.".into());
+                return refuse("Enter a positive number.".into());
             }
             Key::Period | Key::Rated | Key::Gain | Key::Lead if quantity(&answer).is_err() => {
-                return refuse(format!("Give a number and its unit, as in \"{}\".", question.guess));
+                return refuse(format!("Enter a number and its unit, as in \"{}\".", question.guess));
             }
             _ => {}
         }
@@ -254,10 +255,10 @@ impl<'a> Draft<'a> {
         Ok(())
     }
 
-    /// The machine file, with comments, and the machine that it describes. `path` is where it will lie.
+    /// The machine file, with comments, and the machine that it describes. `path` is its future path.
     ///
     /// # Errors
-    /// Whatever [`Machine::parse`] and [`Machine::signals`] refuse: a file that would not do is not worth writing.
+    /// Errors of [`Machine::parse`] and [`Machine::signals`]: an unusable file is not written.
     pub fn toml(&self, path: &Path) -> Result<(String, Machine), Error> {
         let (period, resample) = self.period()?;
         let text = self.text_of_file(period, resample);
@@ -269,10 +270,10 @@ impl<'a> Draft<'a> {
     /// Sampling period [s], and whether samples must be interpolated.
     fn period(&self) -> Result<(f64, bool), Error> {
         let Some(time) = self.column(Key::Time) else {
-            let (value, unit) = quantity(self.said(Key::Period).unwrap_or("1 ms")).unwrap_or((1.0, "ms".into()));
+            let (value, unit) = quantity(self.answer_to(Key::Period).unwrap_or("1 ms")).unwrap_or((1.0, "ms".into()));
             return Ok((value * measure(&unit).map_or(1e-3, |(_, factor)| factor), false));
         };
-        let factor = self.said(Key::TimeUnit).and_then(measure).map_or(1.0, |(_, factor)| factor);
+        let factor = self.answer_to(Key::TimeUnit).and_then(measure).map_or(1.0, |(_, factor)| factor);
         let time: Vec<f64> = time.values.iter().map(|v| v * factor).collect();
         match self.recording.spacing(&time) {
             Ok(spacing) => Ok((spacing.period, false)),
@@ -281,43 +282,43 @@ impl<'a> Draft<'a> {
     }
 
     fn text_of_file(&self, period: f64, resample: bool) -> String {
-        let said = |key| self.said(key).unwrap_or_default();
+        let answer_to = |key| self.answer_to(key).unwrap_or_default();
         let mut text = String::new();
         let mut line = |line: String| writeln!(text, "{line}").expect("a string takes all");
         let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
-        line(format!("# What is known of the machine that {file} was recorded of, for `stickslip identify`."));
-        line(format!("name = {}", string(said(Key::Name))));
-        line(format!("axis = \"{}\" # linear: kg, N; rotary: kg m², N m", said(Key::Axis)));
-        // Six digits: a clock is not better.
+        line(format!("# The machine of the recording {file}, for `stickslip identify`."));
+        line(format!("name = {}", string(answer_to(Key::Name))));
+        line(format!("axis = \"{}\" # linear: kg, N; rotary: kg m², N m", answer_to(Key::Axis)));
+        // Six digits: no clock is more accurate.
         let milliseconds: f64 = format!("{:.5e}", period * 1e3).parse().unwrap_or(period * 1e3);
         line(format!("sampling_period = {{ value = {milliseconds:?}, unit = \"ms\" }}"));
         let resampled = "resample = true # the time stamps are uneven: samples are interpolated on an even grid";
         line(if resample { resampled.into() } else { "# resample = true # for uneven time stamps".into() });
-        match self.said(Key::Lead) {
+        match self.answer_to(Key::Lead) {
             Some(lead) => line(format!("screw_lead = {}", inline(lead))),
             None => line("# screw_lead = { value = 10.0, unit = \"mm\" } # travel per turn".into()),
         }
         line("# gear_ratio = 10.0 # turns of the motor per turn of the screw or load".into());
-        line("# inertia = { value = 12.0, unit = \"kg\" } # if known, rotor included; else it is found".into());
-        line("# vertical = true # the constant force is then a weight, and of lifted_mass, if that is known".into());
+        line("# inertia = { value = 12.0, unit = \"kg\" } # if known, rotor included; identified otherwise".into());
+        line("# vertical = true # the constant force is then a weight, of lifted_mass if that is known".into());
         line("# lifted_mass = { value = 8.0, unit = \"kg\" }".into());
 
-        line("\n# Which column is what.\n[columns]".into());
+        line("\n# Roles of the columns.\n[columns]".into());
         let channel = |name: &str, unit: &str, more: &str| {
             format!("{{ name = {}, unit = {}{more} }}", string(name), string(unit))
         };
         if self.column(Key::Time).is_some() {
-            line(format!("time = {}", channel(said(Key::Time), said(Key::TimeUnit), "")));
+            line(format!("time = {}", channel(answer_to(Key::Time), answer_to(Key::TimeUnit), "")));
         }
-        let counts = self.said(Key::CountsPerRev).map_or(String::new(), |n| format!(", counts_per_rev = {n}"));
-        line(format!("position = {}", channel(said(Key::Position), said(Key::PositionUnit), &counts)));
+        let counts = self.answer_to(Key::CountsPerRev).map_or(String::new(), |n| format!(", counts_per_rev = {n}"));
+        line(format!("position = {}", channel(answer_to(Key::Position), answer_to(Key::PositionUnit), &counts)));
         if let Some(reference) = self.column(Key::Reference) {
-            // A reference without a unit of its own is in that of the position.
+            // A reference without a unit has that of the position.
             let unit = reference.unit.as_deref().filter(|unit| measure(unit).is_some());
-            let unit = unit.unwrap_or(said(Key::PositionUnit));
-            line(format!("reference = {}", channel(said(Key::Reference), unit, &counts)));
+            let unit = unit.unwrap_or(answer_to(Key::PositionUnit));
+            line(format!("reference = {}", channel(answer_to(Key::Reference), unit, &counts)));
         }
-        line(format!("command = {}", channel(said(Key::Command), said(Key::CommandUnit), "")));
+        line(format!("command = {}", channel(answer_to(Key::Command), answer_to(Key::CommandUnit), "")));
         line("# velocity = { name = \"…\", unit = \"mm/s\" } # if measured better than by differences".into());
         line(
             "# motor_position = { name = \"…\", unit = \"rev\", at = \"motor\" } # if `position` is the load's".into(),
@@ -325,23 +326,23 @@ impl<'a> Draft<'a> {
         line("# injected = { name = \"…\", unit = \"V\" } # known signal added to the command behind its limit".into());
 
         line("\n# From the command to the force or torque.\n[drive]".into());
-        if let Some(rated) = self.said(Key::Rated) {
+        if let Some(rated) = self.answer_to(Key::Rated) {
             line(format!("rated = {} # a command of 100 %", inline(rated)));
         }
-        match self.said(Key::Gain) {
+        match self.answer_to(Key::Gain) {
             Some(gain) => {
                 let doubt = if gain == self.guess(Key::Gain) { " # CHECK: forces are in proportion to it" } else { "" };
                 line(format!("gain = {}{doubt}", inline(gain)));
             }
-            None => line("# gain = { value = -1.0, unit = \"1\" } # for a command that counts the other way".into()),
+            None => line("# gain = { value = -1.0, unit = \"1\" } # for a command of opposite sign".into()),
         }
 
-        if said(Key::Controller) == "p-p" {
+        if answer_to(Key::Controller) == "p-p" {
             line("\n# u = limited(k_v·(k_p·(reference − position) − v)), v from the last two positions.".into());
             line("[controller]\nkind = \"p-p\"".into());
-            line(format!("position_gain = {} # 1/s", said(Key::PositionGain)));
-            line(format!("velocity_gain = {} # command per m/s or rad/s", said(Key::VelocityGain)));
-            line(format!("limit = {} # command", said(Key::Limit)));
+            line(format!("position_gain = {} # 1/s", answer_to(Key::PositionGain)));
+            line(format!("velocity_gain = {} # command per m/s or rad/s", answer_to(Key::VelocityGain)));
+            line(format!("limit = {} # command", answer_to(Key::Limit)));
         }
         let rate = 1.0 / period;
         line("\n# Before the least squares.\n[recipe]".into());
@@ -357,8 +358,8 @@ impl<'a> Draft<'a> {
 fn quantity(text: &str) -> Result<(f64, String), ()> {
     let (number, unit) = text.trim().split_once(' ').ok_or(())?;
     let value: f64 = number.replace(',', ".").parse().map_err(|_| ())?;
-    let known = measure(unit).is_some() && value.is_finite();
-    if known { Ok((value, unit.trim().to_owned())) } else { Err(()) }
+    let valid = measure(unit).is_some() && value.is_finite();
+    if valid { Ok((value, unit.trim().to_owned())) } else { Err(()) }
 }
 
 /// A quantity as an inline table.

@@ -5,39 +5,40 @@ fn emps() -> Recording {
     Recording::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/emps/emps.csv.gz")).unwrap()
 }
 
-/// All guesses but for what is said.
-fn settle<'a>(recording: &'a Recording, said: &[(&str, &str)]) -> Result<Draft<'a>, Error> {
+/// All guesses except these answers.
+fn settle<'a>(recording: &'a Recording, answers: &[(&str, &str)]) -> Result<Draft<'a>, Error> {
     let mut draft = Draft::new(recording);
     while let Some(question) = draft.next() {
-        let answer = said.iter().find(|(about, _)| question.text.starts_with(about)).map_or("", |(_, answer)| answer);
+        let answer =
+            answers.iter().find(|(about, _)| question.text.starts_with(about)).map_or("", |(_, answer)| answer);
         draft.answer(&question, answer)?;
     }
     Ok(draft)
 }
 
-fn machine(recording: &Recording, said: &[(&str, &str)]) -> Machine {
-    settle(recording, said).unwrap().toml(Path::new("machine.toml")).unwrap().1
+fn machine(recording: &Recording, answers: &[(&str, &str)]) -> Machine {
+    settle(recording, answers).unwrap().toml(Path::new("machine.toml")).unwrap().1
 }
 
 #[test]
 fn the_columns_of_the_committed_recording_are_guessed() {
     let recording = emps();
-    let found = machine(&recording, &[("Position gain", "160.18"), ("Controller", "p-p")]);
-    let columns = &found.columns;
+    let guessed = machine(&recording, &[("Position gain", "160.18"), ("Controller", "p-p")]);
+    let columns = &guessed.columns;
     assert_eq!(columns.time.as_ref().unwrap().name, "t");
     assert_eq!((columns.position.name.as_str(), columns.position.unit.as_deref()), ("qm", Some("m")));
     assert_eq!(columns.reference.as_ref().unwrap().name, "qg");
-    assert_eq!((columns.command.name.as_str(), found.drive.unit.as_str()), ("vir", "V"));
-    assert_eq!((found.axis, found.name.as_str(), found.resample), (Axis::Linear, "emps", false));
-    assert!((found.sampling_period - 1e-3).abs() < 1e-8 && found.recipe == Recipe::default());
-    let Controller::Cascade(cascade) = found.controller else { panic!("{:?}", found.controller) };
+    assert_eq!((columns.command.name.as_str(), guessed.drive.unit.as_str()), ("vir", "V"));
+    assert_eq!((guessed.axis, guessed.name.as_str(), guessed.resample), (Axis::Linear, "emps", false));
+    assert!((guessed.sampling_period - 1e-3).abs() < 1e-8 && guessed.recipe == Recipe::default());
+    let Controller::Cascade(cascade) = guessed.controller else { panic!("{:?}", guessed.controller) };
     assert_eq!(cascade.position_gain, 160.18);
 }
 
 #[test]
-fn an_unsure_gain_is_marked_and_a_told_one_is_not() {
+fn a_guessed_gain_is_marked_and_an_entered_one_is_not() {
     let recording = emps();
-    let text = |said: &[(&str, &str)]| settle(&recording, said).unwrap().toml(Path::new("m.toml")).unwrap().0;
+    let text = |answers: &[(&str, &str)]| settle(&recording, answers).unwrap().toml(Path::new("m.toml")).unwrap().0;
     assert!(text(&[]).contains("unit = \"N/V\" } # CHECK"));
     assert!(!text(&[("Force or torque", "35.15 N/V")]).contains("CHECK"));
 }
@@ -48,14 +49,16 @@ fn the_log_of_a_servo_is_rotary_in_shares_and_needs_resampling() {
     let all = Recording::read(&path).unwrap();
     let first = all.column("log").unwrap().values.iter().take_while(|log| **log == 0.0).count();
     let log = all.rows_of(0..first);
-    let found =
-        machine(&log, &[("Unit of position", "rad"), ("Unit of the command", "‰"), ("What is a command", "0.5 N m")]);
-    let columns = &found.columns;
+    let guessed = machine(
+        &log,
+        &[("Unit of position", "rad"), ("Unit of the command", "‰"), ("Quantity at a command", "0.5 N m")],
+    );
+    let columns = &guessed.columns;
     assert_eq!(columns.reference.as_ref().unwrap().name, "goal");
     assert_eq!((columns.position.name.as_str(), columns.command.name.as_str()), ("position", "load"));
-    assert!(found.resample && found.axis == Axis::Rotary && (found.sampling_period - 5e-3).abs() < 5e-4);
-    assert!((found.gain - 0.5).abs() < 1e-15);
-    let signals = found.signals(&log).unwrap();
+    assert!(guessed.resample && guessed.axis == Axis::Rotary && (guessed.sampling_period - 5e-3).abs() < 5e-4);
+    assert!((guessed.gain - 0.5).abs() < 1e-15);
+    let signals = guessed.signals(&log).unwrap();
     assert!(signals.notes[0].contains("interpolated"), "{:?}", signals.notes);
     let time = &log.column("t").unwrap().values;
     let duration = time[time.len() - 1] - time[0];
@@ -86,14 +89,14 @@ fn names_with_units_behind_them_and_words_of_other_languages_are_understood() {
         let draft = settle(&recording, &[("Does it move", "rotary"), ("Unit of position", "")]);
         let draft = draft.unwrap();
         let keys = [Key::Time, Key::TimeUnit, Key::Position, Key::PositionUnit, Key::Command, Key::CommandUnit];
-        assert_eq!(keys.map(|key| draft.said(key).unwrap()), expected);
+        assert_eq!(keys.map(|key| draft.answer_to(key).unwrap()), expected);
     }
 }
 
 #[test]
-fn an_answer_that_is_none_is_refused_and_the_question_stays() {
+fn an_invalid_answer_is_refused_and_the_question_stays() {
     let recording = emps();
-    for (about, answer, says) in [
+    for (about, answer, remedy) in [
         ("Column of time", "tt", "Is it `t`?"),
         ("Unit of position", "V", "m, mm"),
         ("Does it move", "sideways", "linear or rotary"),
@@ -102,7 +105,7 @@ fn an_answer_that_is_none_is_refused_and_the_question_stays() {
         ("Controller", "pid", "p-p or unknown"),
     ] {
         let error = settle(&recording, &[(about, answer)]).unwrap_err().to_string();
-        assert!(error.contains(&format!("\"{answer}\" is no answer")) && error.contains(says), "{error}");
+        assert!(error.contains(&format!("\"{answer}\" is no answer")) && error.contains(remedy), "{error}");
     }
     let mut draft = Draft::new(&recording);
     let name = draft.next().unwrap();
@@ -113,9 +116,9 @@ fn an_answer_that_is_none_is_refused_and_the_question_stays() {
 }
 
 #[test]
-fn a_screw_is_asked_for_where_an_angle_must_become_a_way() {
+fn the_screw_lead_is_requested_where_an_angle_must_become_a_distance() {
     let recording = emps();
-    let found = machine(
+    let guessed = machine(
         &recording,
         &[
             ("Name", "axis \"7\" = #1"),
@@ -123,10 +126,10 @@ fn a_screw_is_asked_for_where_an_angle_must_become_a_way() {
             ("Does it move", "linear"),
             ("Travel", "2,5 mm"),
             ("Unit of the command", "%"),
-            ("What is a command", "2.4 A"),
+            ("Quantity at a command", "2.4 A"),
             ("Force or torque", "0.05 N m/A"),
         ],
     );
-    assert_eq!((found.name.as_str(), found.screw_lead), ("axis \"7\" = #1", Some(2.5e-3)));
-    assert!((found.gain / (2.4 * 0.05 * std::f64::consts::TAU / 2.5e-3) - 1.0).abs() < 1e-12);
+    assert_eq!((guessed.name.as_str(), guessed.screw_lead), ("axis \"7\" = #1", Some(2.5e-3)));
+    assert!((guessed.gain / (2.4 * 0.05 * std::f64::consts::TAU / 2.5e-3) - 1.0).abs() < 1e-12);
 }

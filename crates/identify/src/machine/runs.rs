@@ -1,10 +1,10 @@
-//! A recording of several runs of a servo with a pendulum, and what is known of each run.
+//! A recording of several runs of a servo with a pendulum, and the properties of each run.
 //!
 //! ```text
 //! duty = limited(k_p·n/(divisor·full_duty)),   n = (reference − position)/encoder_grid,   limited to ±1
 //! ```
 //!
-//! What differs between runs stands in a table of its own, one row a run: the recording stays as it came.
+//! Differences between runs are in a separate table, one row for each run; the recording stays unchanged.
 
 use crate::IdentifyError;
 use std::path::{Path, PathBuf};
@@ -17,15 +17,15 @@ use stickslip_base::Error;
 use stickslip_base::units::Dimension::{self, Length, Mass, Share, Time, Voltage};
 use stickslip_recording::Recording;
 
-/// What a machine file says of a servo and its pendulum.
+/// Servo and pendulum in a machine file.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pendulum {
-    /// Table of the runs, beside the machine file. It has a column with the name of `columns.run`.
+    /// Table of the runs, relative to the machine file. It has a column with the name of `columns.run`.
     pub runs: PathBuf,
-    /// Runs that no fit sees.
+    /// Runs that no fit uses.
     pub held_out: Vec<f64>,
-    /// What the servo divides its position gain by.
+    /// Divisor of the servo's position gain.
     pub gain_divisor: f64,
     /// Full duty, in the servo's counts of it.
     pub full_duty: f64,
@@ -39,12 +39,12 @@ pub struct Pendulum {
     pub length: Channel,
 }
 
-/// One run in SI units, at the times when it was sampled.
+/// One run in SI units, at its sampling times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// As in the recording.
+    /// Number in the recording.
     pub number: f64,
-    /// Whether no fit sees it.
+    /// Whether no fit uses it.
     pub held_out: bool,
     /// Time of each sample [s].
     pub time: Vec<f64>,
@@ -52,7 +52,7 @@ pub struct Run {
     pub reference: Vec<f64>,
     /// Measured angle [rad], 0 hanging down.
     pub position: Vec<f64>,
-    /// Duty that the servo says it gives, −1 … 1.
+    /// Duty that the servo reports, −1 … 1.
     pub duty: Vec<f64>,
     /// 1 where the servo drives, 0 where it is off.
     pub enabled: Vec<f64>,
@@ -70,7 +70,7 @@ pub struct Run {
 const GRAVITY: f64 = 9.80665;
 
 impl Pendulum {
-    /// With the table where the machine file lies.
+    /// With the table in the folder of the machine file.
     pub(super) fn beside(self, file: &Path) -> Self {
         Pendulum { runs: file.with_file_name(&self.runs), ..self }
     }
@@ -81,11 +81,11 @@ impl Pendulum {
 }
 
 impl Machine {
-    /// The runs of a recording, each with what the table says of it.
+    /// The runs of a recording, each with its row of the table.
     ///
     /// # Errors
-    /// A machine file without what a servo needs, a missing column, a bad cell, a unit that does not fit, time that
-    /// does not advance, a run that the table lacks or has no pendulum for, or none to fit or to hold out.
+    /// A machine file without the keys of a servo, a missing column, a bad cell, a unit that does not match, time that
+    /// does not advance, a run without a row or pendulum in the table, or none to fit or to hold out.
     pub fn runs(&self, recording: &Recording) -> Result<Vec<Run>, Error> {
         let Some(pendulum) = &self.pendulum else { return Err(self.lacks("the table [pendulum]")) };
         let columns = &self.columns;
@@ -98,23 +98,23 @@ impl Machine {
         }
         let table = Recording::read(&pendulum.runs)?;
         let numbers = &table.column(&run.name)?.values;
-        let known = |channel: &Channel, dimension: Dimension| {
+        let positive = |channel: &Channel, dimension: Dimension| {
             let values = values(channel, &table, dimension)?;
-            let remedy = "Say what it was; the pendulum is what all torques are measured by.";
+            let remedy = "Enter the true value; all torques are referred to the pendulum.";
             if values.iter().any(|v| *v <= 0.0) {
                 return Err(table.doubtful(&channel.name, "holds a value that is not positive", remedy));
             }
             Ok(values)
         };
-        let [mass, length] = [known(&pendulum.mass, Mass)?, known(&pendulum.length, Length)?];
-        let [gain, supply] = [known(&pendulum.position_gain, Share)?, known(&pendulum.supply, Voltage)?];
+        let [mass, length] = [positive(&pendulum.mass, Mass)?, positive(&pendulum.length, Length)?];
+        let [gain, supply] = [positive(&pendulum.position_gain, Share)?, positive(&pendulum.supply, Voltage)?];
         let mut runs = Vec::new();
         let mut first = 0;
         for chunk in recording.column(&run.name)?.values.chunk_by(|a, b| a == b) {
             let (number, rows) = (chunk[0], recording.rows_of(first..first + chunk.len()));
             first += chunk.len();
             let Some(row) = numbers.iter().position(|n| *n == number) else {
-                let remedy = "Add a row for it, or cut it from the recording.";
+                let remedy = "Add a row for it, or remove it from the recording.";
                 return Err(table.doubtful(&run.name, &format!("has no row for run {number}"), remedy));
             };
             let time = values(time, &rows, Time)?;
@@ -139,23 +139,23 @@ impl Machine {
             });
         }
         for (held_out, needed) in [(false, 2), (true, 1)] {
-            let found = runs.iter().filter(|run| run.held_out == held_out).count();
+            let count = runs.iter().filter(|run| run.held_out == held_out).count();
             let what = if held_out { "runs held out" } else { "runs to fit" };
-            if found < needed {
-                let remedy = "See pendulum.held_out in the machine file: some runs are fitted, the others judge.";
-                return Err(Error::TooFew { what, found, needed, remedy });
+            if count < needed {
+                let remedy = "See pendulum.held_out in the machine file: some runs are fitted, the others validate.";
+                return Err(Error::TooFew { what, found: count, needed, remedy });
             }
         }
         Ok(runs)
     }
 
     fn lacks(&self, what: &str) -> Error {
-        let message = format!("{what} is missing: runs of a servo with a pendulum cannot be read without.");
+        let message = format!("{what} is missing: runs of a servo with a pendulum require it.");
         IdentifyError::MachineFile { path: self.name.clone().into(), message }.into()
     }
 }
 
-/// A signed number from a register without a sign.
+/// A signed number from an unsigned register.
 fn signed(value: f64, wraps: Option<f64>) -> f64 {
     match wraps {
         Some(wraps) if value >= 0.5 * wraps => value - wraps,
@@ -165,7 +165,7 @@ fn signed(value: f64, wraps: Option<f64>) -> f64 {
 
 impl Run {
     /// Slope of the recorded duty over the duty of the known controller where neither is limited: 1 if the machine file
-    /// describes the controller. None where the servo was off or limited all the time.
+    /// describes the controller correctly. None if the servo was always off or limited.
     pub fn controller_slope(&self) -> Option<f64> {
         let expected = |i: usize| self.gain * (self.reference[i] - self.position[i]);
         let free = |i: &usize| self.enabled[*i] > 0.5 && self.duty[*i].abs() < 0.99 && expected(*i).abs() < 0.99;

@@ -1,4 +1,4 @@
-//! The columns of a recording as signals of the axis: SI units, on the load's side, on an even grid, and believable.
+//! The columns of a recording as signals of the axis: SI units, on the load's side, on an even grid, and checked.
 
 use crate::IdentifyError;
 use std::f64::consts::TAU;
@@ -10,7 +10,7 @@ use stickslip_base::units::Dimension::{Angle, AngularVelocity, Counts, Length, T
 use stickslip_base::units::{Dimension, measure, si_factor, unfit};
 use stickslip_recording::{Recording, resample};
 
-/// What a recording says, in SI units.
+/// Signals of a recording, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signals {
     /// Sampling period [s].
@@ -25,17 +25,17 @@ pub struct Signals {
     pub command: Vec<f64>,
     /// Known signal added to it.
     pub injected: Option<Vec<f64>>,
-    /// What was done to the recording, or seen in it, that its reader should know; whole sentences.
+    /// Notes on changes and peculiarities of the recording; whole sentences.
     pub notes: Vec<String>,
 }
 
-/// Share of a command that may stand at its extremes before a limit is suspected, and before nothing is believed.
+/// Share of a command at its extremes above which a limit is suspected, and above which the recording is refused.
 const SATURATED: [f64; 2] = [0.01, 0.2];
-/// So many equal samples in a row are a limit, not a turning point.
+/// Number of equal samples in a row that indicate a limit instead of a turning point.
 const FLAT: usize = 10;
 
 impl Signals {
-    /// What reaches the drive: command and injected signal.
+    /// Input of the drive: command and injected signal.
     pub fn drive_input(&self) -> Vec<f64> {
         match &self.injected {
             Some(injected) => self.command.iter().zip(injected).map(|(u, w)| u + w).collect(),
@@ -48,8 +48,8 @@ impl Machine {
     /// The signals of a recording, in SI units, on the grid of the sampling period.
     ///
     /// # Errors
-    /// A missing column, a bad cell, a unit that does not fit, uneven time, another period than the machine's, a signal
-    /// that never changes, positions in counts under a unit of length, or a command that stands at a limit.
+    /// A missing column, a bad cell, a unit that does not match, uneven time, another period than the machine's, a
+    /// signal that never changes, positions in counts with a unit of length, or a command at its limit.
     pub fn signals(&self, recording: &Recording) -> Result<Signals, Error> {
         let columns = &self.columns;
         let mut notes = Vec::new();
@@ -77,7 +77,7 @@ impl Machine {
         }
         for (channel, values) in [(&columns.position, &signals.position), (&columns.command, &signals.command)] {
             if values.iter().all(|v| *v == values[0]) {
-                let remedy = "Is it the right one? The axis must be driven, and move.";
+                let remedy = "Check the column: the axis must be driven and move.";
                 return Err(recording.doubtful(&channel.name, "never changes", remedy));
             }
         }
@@ -88,14 +88,14 @@ impl Machine {
     /// Whether samples must be interpolated.
     fn grid(&self, time: &[f64], recording: &Recording, notes: &mut Vec<String>) -> Result<bool, Error> {
         let spacing = if self.resample { recording.order(time)? } else { recording.spacing(time)? };
-        // Clocks differ by 100 ppm at most; 0.1 % is another sampling rate. A grid for interpolation may be rounded.
+        // Clocks differ by at most 100 ppm; 0.1 % is another sampling rate. A grid for interpolation may be rounded.
         let (found, expected) = (spacing.period, self.sampling_period);
         if (found / expected - 1.0).abs() > if self.resample { 0.2 } else { 1e-3 } {
             return Err(IdentifyError::OtherPeriod { path: recording.path().to_owned(), found, expected }.into());
         }
         if self.resample {
             notes.push(format!(
-                "What is faster than about {}: time steps varied, up to {} of the usual one, and the samples were \
+                "Motion above about {}: time steps varied, up to {} of the usual one, and the samples were \
                  interpolated on an even grid. Record with a fixed period.",
                 Estimate::new((0.125 / self.sampling_period).round(), "Hz"),
                 number(spacing.largest, 1),
@@ -104,7 +104,7 @@ impl Machine {
         Ok(self.resample)
     }
 
-    /// A position of the load, wherever it was measured.
+    /// A position of the load, measured at either side of the gear.
     pub(super) fn position(&self, channel: &Channel, recording: &Recording) -> Result<Vec<f64>, Error> {
         let place = place(channel, recording);
         let unit = unit(channel, recording)?;
@@ -119,8 +119,8 @@ impl Machine {
             (Counts, Some(counts), _) => self.turning(TAU / counts, channel.at),
             (Counts, None, Some(grid)) => grid,
             (Counts, None, None) => {
-                let fault = "is in counts, and nothing says how long one is";
-                let remedy = "Give it counts_per_rev, or the machine its encoder_grid.";
+                let fault = "is in counts of unknown size";
+                let remedy = "State counts_per_rev for the column, or encoder_grid for the machine.";
                 return Err(recording.doubtful(&channel.name, fault, remedy));
             }
             (Angle, ..) => self.turning(factor, channel.at),
@@ -136,8 +136,8 @@ impl Machine {
             (Length, None) => &[Velocity],
             _ => &[AngularVelocity],
         };
-        let found = measure(&unit).filter(|(d, _)| fits.contains(d));
-        let (dimension, factor) = found.ok_or_else(|| unfit(&unit, fits, &place(channel, recording)))?;
+        let dimension_and_factor = measure(&unit).filter(|(d, _)| fits.contains(d));
+        let (dimension, factor) = dimension_and_factor.ok_or_else(|| unfit(&unit, fits, &place(channel, recording)))?;
         let factor = if dimension == AngularVelocity { self.turning(factor, channel.at) } else { factor };
         Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
     }
@@ -151,19 +151,19 @@ impl Machine {
         }
     }
 
-    /// Whole numbers under a unit of length are counts that nobody has converted.
+    /// Whole numbers with a unit of length are unconverted counts.
     fn check_counts(&self, recording: &Recording) -> Result<(), Error> {
         let channel = &self.columns.position;
         let column = recording.column(&channel.name)?;
         let unit = unit(channel, recording)?;
         let Some((Length | Angle, factor)) = measure(&unit) else { return Ok(()) };
-        let told = self.encoder_grid.is_some_and(|grid| (grid / factor - 1.0).abs() < 1e-9);
+        let is_stated = self.encoder_grid.is_some_and(|grid| (grid / factor - 1.0).abs() < 1e-9);
         let moves = column.values.windows(2).filter(|w| w[0] != w[1]).count();
-        // Micrometres are often whole; a file of whole degrees with few steps may be a coarse sensor.
-        if told || factor < 5e-4 || moves <= 20 || column.values.iter().any(|v| v.fract() != 0.0) {
+        // Micrometres are often whole; a file of whole degrees with few steps may come from a coarse sensor.
+        if is_stated || factor < 5e-4 || moves <= 20 || column.values.iter().any(|v| v.fract() != 0.0) {
             return Ok(());
         }
-        let fault = format!("holds whole numbers only, and its unit is said to be {unit}");
+        let fault = format!("holds whole numbers only, but its unit is {unit}");
         let remedy = format!(
             "If these are counts of an encoder, write unit = \"counts\" and counts_per_rev; if the sensor steps by \
              whole {unit}, write encoder_grid = {{ value = 1.0, unit = \"{unit}\" }}."
@@ -171,13 +171,13 @@ impl Machine {
         Err(recording.doubtful(&channel.name, &fault, &remedy))
     }
 
-    /// A sentence about a command that stands at its extremes.
+    /// A note on a command at its extremes.
     fn saturation(&self, command: &[f64], recording: &Recording) -> Result<Option<String>, Error> {
         let [low, high] = [f64::min, f64::max].map(|f: fn(f64, f64) -> f64| command.iter().copied().reduce(f));
         let extreme = |v: f64| v != 0.0 && (Some(v) == low || Some(v) == high);
         let flats = command.chunk_by(|a, b| a == b).filter(|run| run.len() >= FLAT && extreme(run[0]));
         let share = flats.map(<[f64]>::len).sum::<usize>() as f64 / command.len() as f64;
-        // A staircase or a pseudo-random binary signal is at its extremes by intent.
+        // A staircase or a pseudo-random binary signal is intentionally at its extremes.
         let mut levels: Vec<u64> = command.iter().map(|v| v.to_bits()).collect();
         levels.sort_unstable();
         levels.dedup();
@@ -185,20 +185,20 @@ impl Machine {
             return Ok(None);
         }
         let percent = number(100.0 * share, 0);
-        let known = self.drive.limit.is_some() || matches!(self.controller, Controller::Cascade(_));
-        if share > SATURATED[1] && !known {
-            let fault = format!("stands at its largest or smallest value in {percent} % of the samples");
-            let remedy = "The drive may have made less of it. Move more gently, or, if the drive follows up to there, \
-                          say so as drive.limit.";
+        let has_limit = self.drive.limit.is_some() || matches!(self.controller, Controller::Cascade(_));
+        if share > SATURATED[1] && !has_limit {
+            let fault = format!("is at its largest or smallest value in {percent} % of the samples");
+            let remedy = "The drive may have been saturated. Move more slowly, or, if the drive follows up to this value, \
+                          state it as drive.limit.";
             return Err(recording.doubtful(&self.columns.command.name, &fault, remedy));
         }
         Ok(Some(format!(
-            "Force where the command stands at its limit, {percent} % of the samples: if the drive makes less of it \
+            "Force where the command is at its limit, {percent} % of the samples: if the drive is saturated \
              there, inertia and friction come out too large. Accelerate less."
         )))
     }
 
-    /// What two encoders say of the path between them.
+    /// Difference of two encoders at both ends of the transmission.
     fn twist(&self, motor: &[f64], load: &[f64]) -> String {
         let mut differences: Vec<f64> = motor.iter().zip(load).map(|(m, l)| m - l).collect();
         differences.sort_by(f64::total_cmp);

@@ -69,7 +69,7 @@ fn an_injected_signal_reaches_the_drive() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_with_its_place() {
+fn invalid_values_are_refused_with_their_place() {
     for (from, to, expected) in [
         ("axis = ", "axes = ", "unknown field `axes`"),
         ("position_gain = 160.18", "position_gain = -1.0", "controller.position_gain = -1"),
@@ -122,7 +122,7 @@ fn an_unknown_controller_needs_no_gains() {
     }
 }
 
-/// A machine file of few words, and a recording whose columns it names.
+/// A short machine file, and a recording with its columns.
 fn signals(head: &str, columns: &str, drive: &str, recording: &Recording) -> Result<Signals, Error> {
     let text = format!(
         "name = \"axis\"\nsampling_period = {{ value = 1, unit = \"ms\" }}\n{head}\n[columns]\n{columns}\n[drive]\n{drive}"
@@ -179,7 +179,7 @@ fn every_chain_from_the_command_to_the_axis_is_one_product() {
 }
 
 #[test]
-fn a_position_is_that_of_the_load_wherever_it_was_measured() {
+fn a_position_is_that_of_the_load_at_either_side_of_the_gear() {
     let recording = table(&[("x", &|i| 1000.0 * sine(i)), ("u", &sine)]);
     let lead = "axis = \"linear\"\nscrew_lead = { value = 5, unit = \"mm\" }\ngear_ratio = 4";
     for (head, position, factor) in [
@@ -195,15 +195,15 @@ fn a_position_is_that_of_the_load_wherever_it_was_measured() {
         ("axis = \"linear\"\nencoder_grid = { value = 50, unit = \"nm\" }", "unit = \"counts\"", 5e-8),
     ] {
         let columns = format!("position = {{ name = \"x\", {position} }}\ncommand = {{ name = \"u\" }}");
-        // Without a unit the command is what the axis takes, here it is told for the column.
+        // Without a unit the command has that of the axis; here the column has one.
         let columns = columns.replace("name = \"u\"", "name = \"u\", unit = \"V\"");
         let drive = if head.contains("rotary") {
             "gain = { value = 1, unit = \"N m/V\" }"
         } else {
             "gain = { value = 1, unit = \"N/V\" }"
         };
-        let found = signals(head, &columns, drive, &recording).unwrap();
-        assert!((found.position[50] / (factor * 1000.0 * sine(50)) - 1.0).abs() < 1e-12, "{head} {position}");
+        let signals = signals(head, &columns, drive, &recording).unwrap();
+        assert!((signals.position[50] / (factor * 1000.0 * sine(50)) - 1.0).abs() < 1e-12, "{head} {position}");
     }
 }
 
@@ -211,7 +211,7 @@ const PLAIN: &str = "position = { name = \"x\", unit = \"mm\" }\ncommand = { nam
 const GAIN: &str = "gain = { value = 35.0, unit = \"N/V\" }";
 
 #[test]
-fn counts_under_a_unit_of_length_are_noticed() {
+fn counts_with_a_unit_of_length_are_noticed() {
     let linear = "axis = \"linear\"";
     let counts = table(&[("x", &|i| (1000.0 * sine(i)).round()), ("u", &sine)]);
     let error = signals(linear, PLAIN, GAIN, &counts).unwrap_err().to_string();
@@ -222,7 +222,7 @@ fn counts_under_a_unit_of_length_are_noticed() {
     assert!(signals(linear, &micrometres, GAIN, &counts).is_ok());
     let unknown = PLAIN.replace("\"mm\"", "\"counts\"");
     let error = signals(linear, &unknown, GAIN, &counts).unwrap_err().to_string();
-    assert!(error.contains("nothing says how long one is"), "{error}");
+    assert!(error.contains("counts of unknown size"), "{error}");
 }
 
 #[test]
@@ -236,30 +236,27 @@ fn a_signal_that_never_changes_and_a_command_at_its_limit_are_noticed() {
     }
     let limited = |limit: f64| table(&[("x", &sine), ("u", &move |i| sine(i).clamp(-limit, limit))]);
     let error = signals(linear, PLAIN, GAIN, &limited(0.5)).unwrap_err().to_string();
-    assert!(
-        error.contains("`u` stands at its largest or smallest value in 6") && error.contains("drive.limit"),
-        "{error}"
-    );
+    assert!(error.contains("`u` is at its largest or smallest value in 6") && error.contains("drive.limit"), "{error}");
     let told = format!("{GAIN}\nlimit = {{ value = 0.5, unit = \"V\" }}");
-    assert!(signals(linear, PLAIN, &told, &limited(0.5)).unwrap().notes[0].contains("stands at its limit"));
-    assert!(signals(linear, PLAIN, GAIN, &limited(0.98)).unwrap().notes[0].contains("stands at its limit"));
+    assert!(signals(linear, PLAIN, &told, &limited(0.5)).unwrap().notes[0].contains("is at its limit"));
+    assert!(signals(linear, PLAIN, GAIN, &limited(0.98)).unwrap().notes[0].contains("is at its limit"));
     assert!(signals(linear, PLAIN, GAIN, &limited(2.0)).unwrap().notes.is_empty());
-    // A drive that is switched off and on, and one that is switched to and fro.
+    // A drive that is switched off and on, and one that is reversed.
     let steps = table(&[("x", &sine), ("u", &|i| f64::from(u8::from(i % 100 < 50)))]);
     assert!(signals(linear, PLAIN, GAIN, &steps).unwrap().notes.is_empty());
 }
 
 #[test]
-fn uneven_time_is_resampled_on_request_and_said_to_be() {
+fn uneven_time_is_resampled_on_request_and_noted() {
     let jittered = |i: usize| (i as f64 + 0.3 * libm::sin((i * i) as f64)) * 1e-3;
     let recording = table(&[("t", &jittered), ("x", &|i| libm::sin(jittered(i) * 20.0)), ("u", &sine)]);
     let columns = format!("time = {{ name = \"t\", unit = \"s\" }}\n{PLAIN}");
     let error = signals("axis = \"linear\"", &columns, GAIN, &recording).unwrap_err().to_string();
     assert!(error.contains("resample = true"), "{error}");
-    let found = signals("axis = \"linear\"\nresample = true", &columns, GAIN, &recording).unwrap();
-    assert!(found.notes[0].contains("interpolated on an even grid"), "{:?}", found.notes);
+    let resampled = signals("axis = \"linear\"\nresample = true", &columns, GAIN, &recording).unwrap();
+    assert!(resampled.notes[0].contains("interpolated on an even grid"), "{:?}", resampled.notes);
     let start = jittered(0);
-    for (k, x) in found.position.iter().enumerate() {
+    for (k, x) in resampled.position.iter().enumerate() {
         // The curve bends by 400 1/s² of its height: a cubic over 1.6 ms misses 1e-8 of it.
         assert!((x - 1e-3 * libm::sin((start + k as f64 * 1e-3) * 20.0)).abs() < 1e-9, "{k}");
     }
@@ -269,12 +266,12 @@ fn uneven_time_is_resampled_on_request_and_said_to_be() {
 }
 
 #[test]
-fn two_encoders_tell_of_twist_and_backlash() {
+fn two_encoders_show_twist_and_backlash() {
     // 0.2 mm of backlash: the load follows 0.1 mm behind, whichever way.
     let motor = |i: usize| sine(i) + 0.1 * (sine(i + 1) - sine(i)).signum();
     let recording = table(&[("x", &sine), ("m", &motor), ("u", &sine)]);
     let columns = format!("motor_position = {{ name = \"m\", unit = \"mm\" }}\n{PLAIN}");
-    let found = signals("axis = \"linear\"", &columns, GAIN, &recording).unwrap();
-    assert!(found.notes[0].contains("a span of 0.2000 mm"), "{:?}", found.notes);
-    assert_eq!(found.position[7], sine(7) * 1e-3);
+    let noted = signals("axis = \"linear\"", &columns, GAIN, &recording).unwrap();
+    assert!(noted.notes[0].contains("a span of 0.2000 mm"), "{:?}", noted.notes);
+    assert_eq!(noted.position[7], sine(7) * 1e-3);
 }

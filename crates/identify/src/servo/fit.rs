@@ -1,4 +1,4 @@
-//! Fit of a servo's model to its runs: the parameters for which the simulated closed loop moves as the recorded one.
+//! Fit of a servo's model to its runs: the parameters for which the simulated closed loop moves like the recorded one.
 
 use nalgebra::{SMatrix, SVector};
 use stickslip_core::fields::{Field, Fields};
@@ -12,16 +12,17 @@ use stickslip_fit::{Minimum, Stop, minimise, student_t95};
 /// Number of parameters of the richest model.
 pub const PARAMETERS: usize = 17;
 
-/// A parameter is found in its logarithm; these two may have any sign and are logarithms themselves, in this unit.
+/// Parameters are searched in their logarithms; these two may have any sign and are logarithms themselves, in this
+/// unit.
 const SIGNED: [(&str, f64); 2] = [("offset", 0.1), ("delay", 0.01)];
 
-/// Smaller than this share of its default a magnitude is 0: it no longer moves anything.
+/// Share of its default below which a magnitude is 0: it no longer has an effect.
 const NOTHING: f64 = 1e-4;
 
-/// Half an interval in the logarithm from which on nothing is known but the sign: a factor of 20.
+/// Half-width of an interval in the logarithm from which on a parameter is undetermined: a factor of 20.
 const UNKNOWN: f64 = 3.0;
 
-/// What a simulation remembers on the way to all of a run [s].
+/// Memories of the simulation [s], before that of the whole run.
 const MEMORIES: [f64; 3] = [0.1, 0.3, 1.0];
 
 /// A fitted model.
@@ -31,10 +32,10 @@ pub struct Fitted {
     pub kind: Kind,
     /// Its parameters.
     pub servo: Servo<f64>,
-    /// 95 % interval of each field of [`Servo`]; none for what the kind does not have, what ended at a bound, or what is
-    /// not known within a factor of 20.
+    /// 95 % interval of each field of [`Servo`]; none for parameters outside the kind, at a bound, or uncertain by more
+    /// than a factor of 20.
     pub ci95: [Option<[f64; 2]>; PARAMETERS],
-    /// Whether the search came to an end by itself.
+    /// Whether the search converged.
     pub converged: bool,
 }
 
@@ -47,7 +48,7 @@ fn signed(field: &Field) -> Option<f64> {
     SIGNED.iter().find(|(name, _)| *name == field.name).map(|(_, unit)| *unit)
 }
 
-/// The parameters as they are searched.
+/// The searched form of the parameters.
 fn searched(servo: &Servo<f64>) -> [f64; PARAMETERS] {
     let mut all = [0.0; PARAMETERS];
     let mut at = 0;
@@ -59,7 +60,7 @@ fn searched(servo: &Servo<f64>) -> [f64; PARAMETERS] {
     all
 }
 
-/// The parameters from what was searched.
+/// The parameters from their searched form.
 fn servo<T: Scalar>(searched: &[T; PARAMETERS]) -> Servo<T> {
     let mut at = 0;
     Servo::<f64>::default().map(&mut |_: f64| {
@@ -70,18 +71,18 @@ fn servo<T: Scalar>(searched: &[T; PARAMETERS]) -> Servo<T> {
     })
 }
 
-/// Starts of the search: the defaults, and each simpler model with the defaults of what it did not have.
+/// Starts of the search: the defaults, and each simpler model with the defaults of its missing parameters.
 fn starts(kind: Kind, simpler: &[&Fitted]) -> Vec<[f64; PARAMETERS]> {
     let defaults = searched(&Servo::default());
     let from = |fitted: Option<&Fitted>| {
-        let found = fitted.map_or(defaults, |fitted| searched(&fitted.servo));
+        let searched_values = fitted.map_or(defaults, |fitted| searched(&fitted.servo));
         std::array::from_fn(|i| {
             let field = &fields()[i];
             match (kind.has(field.name), fitted.is_some_and(|fitted| fitted.kind.has(field.name))) {
                 (false, _) => 0.0,
                 (true, false) => defaults[i],
-                // What vanished gets another chance.
-                (true, true) => found[i].max(if signed(field).is_some() { 0.0 } else { 0.1 * defaults[i] }),
+                // A parameter that vanished starts again from its default.
+                (true, true) => searched_values[i].max(if signed(field).is_some() { 0.0 } else { 0.1 * defaults[i] }),
             }
         })
     };
@@ -111,7 +112,7 @@ pub fn fit(kind: Kind, runs: &[&Run], simpler: &[&Fitted], watch: &Watch) -> Res
         }
     });
     let search = |start: [f64; PARAMETERS], step: f64, memory: Option<f64>| {
-        // Stick makes the sum of squares rough; what is below 1e-6 of it is far within the parameters' errors.
+        // Stick makes the sum of squares rough; changes below 1e-6 of it are far below the parameters' errors.
         minimise(start, bounds, Stop { step: 1e-5, fall: 1e-6, evaluations: 40 }, |p| {
             let mut all = Vec::new();
             for run in runs {
@@ -120,8 +121,8 @@ pub fn fit(kind: Kind, runs: &[&Run], simpler: &[&Fitted], watch: &Watch) -> Res
             Ok::<_, Error>(all)
         })
     };
-    // A simulation that remembers all has many local minima, one that forgets soon has few: each is the start of the
-    // next. Most of the way in coarse steps, at a third of the time.
+    // A simulation with full memory has many local minima, one with a short memory has few: each is the start of the
+    // next. Most of the way in coarse steps, in a third of the time.
     let mut near: Option<Minimum<PARAMETERS>> = None;
     for start in starts(kind, simpler) {
         let mut found = search(start, 3.0 * STEP, Some(MEMORIES[0]))?;
@@ -148,8 +149,8 @@ pub fn fit(kind: Kind, runs: &[&Run], simpler: &[&Fitted], watch: &Watch) -> Res
         let end: [f64; PARAMETERS] = std::array::from_fn(|i| best[i] * libm::exp(sign * half_widths[i]));
         values(&servo(&end))
     });
-    let known = |i: usize| free[i] && half_widths[i] < UNKNOWN;
-    let ci95 = std::array::from_fn(|i| known(i).then_some([low[i], high[i]]));
+    let is_determined = |i: usize| free[i] && half_widths[i] < UNKNOWN;
+    let ci95 = std::array::from_fn(|i| is_determined(i).then_some([low[i], high[i]]));
     Ok(Fitted { kind, servo: servo(&best), ci95, converged: minimum.converged })
 }
 
@@ -168,7 +169,7 @@ pub fn values(servo: &Servo<f64>) -> [f64; PARAMETERS] {
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 type Vector = SVector<f64, PARAMETERS>;
 
-/// What one run says of the parameters.
+/// Contribution of one run to the normal equations.
 struct Block {
     information: Matrix,
     pull: Vector,
@@ -186,10 +187,10 @@ impl Block {
     }
 }
 
-/// Half-widths of the 95 % intervals in the logarithm. Samples of a run follow each other, so that only whole runs are
-/// news: each is left out in turn, and how far the others move the parameters tells their error (Efron's jackknife to
-/// first order, Student's t for one degree of freedom less than there are runs). Infinite where a single run carries a
-/// parameter.
+/// Half-widths of the 95 % intervals in the logarithm. Samples of a run are correlated, so that only whole runs are
+/// independent: each is left out in turn, and the changes of the parameters give their error (Efron's jackknife to
+/// first order, Student's t for one degree of freedom less than there are runs). Infinite where a parameter depends on
+/// a single run.
 fn jackknife(blocks: &[Block], free: [bool; PARAMETERS]) -> [f64; PARAMETERS] {
     let count = blocks.len() as f64;
     let total = blocks.iter().fold(Matrix::zeros(), |sum, block| sum + block.information);

@@ -1,11 +1,11 @@
-//! What runs of a servo cannot tell, why, and what would help.
+//! Limits of runs of a servo, their causes and remedies.
 
 use super::super::limits::percent;
 use super::{Candidate, ServoIdentification, fields};
 use crate::machine::{Machine, Run};
 use stickslip_base::quantity::{Estimate, number, tied};
 
-/// A duty that counts as full.
+/// Duty that counts as full.
 const FULL: f64 = 0.99;
 
 impl ServoIdentification {
@@ -15,7 +15,7 @@ impl ServoIdentification {
         [slopes().fold(f64::INFINITY, f64::min), slopes().fold(f64::NEG_INFINITY, f64::max)]
     }
 
-    /// What no analysis of these runs can know, why, and what would help; a sentence or two each.
+    /// Quantities that no analysis of these runs can determine, with cause and remedy; a sentence or two each.
     pub fn limits(&self, machine: &Machine) -> Vec<String> {
         let mut limits = vec![
             "Absolute torques. No current and no torque was recorded: the weight of the pendulum is the measure of all \
@@ -23,7 +23,7 @@ impl ServoIdentification {
              volt, friction and inertia are wrong by about as much. Weigh the arm, or record the current."
                 .to_owned(),
             "Viscous friction apart from the motor's own braking: while the servo drives, both rise with speed. Only \
-             the free swings after it is switched off tell them apart. Record more of those, from several angles."
+             the free swings after it is switched off separate them. Record more of those, from several angles."
                 .to_owned(),
             "Whether the winding got warm: the models have one resistance for all runs. Record it before and after, \
              or wait between runs."
@@ -32,7 +32,7 @@ impl ServoIdentification {
         if let Some(grid) = machine.encoder_grid {
             limits.push(format!(
                 "Presliding, and friction in creeping motion: the encoder steps by {}, which at a sample every {} is a \
-                 step of {} in speed. A finer encoder on the output shaft would tell.",
+                 step of {} in speed. Use a finer encoder on the output shaft.",
                 tied(&Estimate::new(grid, "rad")),
                 tied(&Estimate::new(machine.sampling_period, "s")),
                 tied(&Estimate::new(grid / machine.sampling_period, "rad/s")),
@@ -44,9 +44,9 @@ impl ServoIdentification {
         };
         if gain(true) > gain(false) {
             limits.push(format!(
-                "How good the models are within what was fitted: the runs held out have a position gain {} times as \
+                "Errors of the models within the fitted range: the runs held out have a position gain {} times as \
                  high as any that a fit saw. Their error is that of an extrapolation, and since the best model was \
-                 chosen by it, a little flattering.",
+                 selected by it, slightly too good.",
                 number(gain(true) / gain(false), 1)
             ));
         }
@@ -55,9 +55,9 @@ impl ServoIdentification {
         let richer: Vec<&str> = self.candidates.iter().filter(learnt).map(|c| c.fitted.kind.title()).collect();
         if !richer.is_empty() {
             limits.push(format!(
-                "How friction depends on the load in detail: richer models ({}) describe the runs that were fitted \
+                "The exact dependence of friction on the load: richer models ({}) describe the runs that were fitted \
                  better and the others worse. Stick gives their fits many minima of nearly equal depth. Runs with \
-                 more gains and loads would tell.",
+                 record more gains and loads.",
                 richer.join("; ")
             ));
         }
@@ -67,19 +67,19 @@ impl ServoIdentification {
             .fold([0.0; 2], |[full, all], duty| [full + f64::from(u8::from(duty.abs() >= FULL)), all + 1.0]);
         if full > 0.0 {
             limits.push(format!(
-                "What the servo makes of full duty: {} of the samples held out stand there, where supply, winding and \
+                "Torque at full duty: {} of the samples held out are there, where supply, winding and \
                  firmware bound the torque together. Record the current and the voltage of the motor.",
                 percent(full / all)
             ));
         }
         let fitted = &self.best().fitted;
-        let named =
+        let fields_of_kind =
             fields().iter().zip(&fitted.ci95).filter(|(field, ci95)| fitted.kind.has(field.name) && ci95.is_none());
-        let unknown: Vec<String> = named.map(|(field, _)| field.name.replace('_', " ")).collect();
+        let unknown: Vec<String> = fields_of_kind.map(|(field, _)| field.name.replace('_', " ")).collect();
         if !unknown.is_empty() {
             limits.push(format!(
-                "The value of {}: these runs do not determine it within a factor of 20, or it ended at 0. More runs of \
-                 other kinds would tell.",
+                "The value of {}: these runs do not determine it within a factor of 20, or it ended at 0. Record runs of \
+                 other kinds.",
                 unknown.join(", ")
             ));
         }

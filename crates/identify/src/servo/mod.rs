@@ -1,7 +1,7 @@
-//! A geared hobby servo with a pendulum, identified from its logs: angle and reference, no current, no torque.
+//! Identification of a geared hobby servo with a pendulum from its logs: angle and reference, no current, no torque.
 //!
-//! The weight of the pendulum is the only known torque; everything else is measured by it. Each model is fitted to some
-//! runs in the simulated closed loop and judged on the others, beside what others published for the same servo.
+//! The weight of the pendulum is the only known torque, to which all others are referred. Each model is fitted to some
+//! runs in the simulated closed loop and validated on the others, and compared with published models of the same servo.
 
 mod fit;
 mod limits;
@@ -19,7 +19,7 @@ use crate::machine::{Machine, Run};
 use stickslip_base::{Error, Watch};
 use stickslip_recording::Recording;
 
-/// What the runs tell about a servo.
+/// Result of the identification of a servo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServoIdentification {
     /// The runs.
@@ -30,7 +30,7 @@ pub struct ServoIdentification {
     pub best: usize,
 }
 
-/// A fitted model and how it did.
+/// A fitted model and its errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
     /// The fit.
@@ -39,7 +39,7 @@ pub struct Candidate {
     pub fit_rms: f64,
     /// The same over those held out.
     pub held_out_rms: f64,
-    /// What others published for a model of this kind, and its error on the runs held out [rad].
+    /// Published model of this kind, and its error on the runs held out [rad].
     pub published: Option<(Servo<f64>, f64)>,
 }
 
@@ -58,18 +58,18 @@ fn identify_runs(
     machine: &Machine,
     watch: &Watch,
 ) -> Result<ServoIdentification, Error> {
-    let [seen, unseen]: [Vec<&Run>; 2] =
+    let [fitted_runs, held_out]: [Vec<&Run>; 2] =
         [false, true].map(|held_out| runs.iter().filter(|run| run.held_out == held_out).collect());
     let mut candidates: Vec<Candidate> = Vec::new();
     for (done, kind) in kinds.iter().copied().enumerate() {
         watch.stage("fit models in the closed loop", done as f64 / kinds.len() as f64)?;
         let simpler: Vec<&Fitted> = candidates.iter().map(|c| &c.fitted).filter(|f| f.kind.is_within(kind)).collect();
-        let fitted = fit(kind, &seen, &simpler, watch)?;
+        let fitted = fit(kind, &fitted_runs, &simpler, watch)?;
         let published =
-            published(kind, machine).map(|servo| Ok::<_, Error>((servo, rms(kind, &servo, &unseen, watch)?)));
+            published(kind, machine).map(|servo| Ok::<_, Error>((servo, rms(kind, &servo, &held_out, watch)?)));
         candidates.push(Candidate {
-            fit_rms: rms(kind, &fitted.servo, &seen, watch)?,
-            held_out_rms: rms(kind, &fitted.servo, &unseen, watch)?,
+            fit_rms: rms(kind, &fitted.servo, &fitted_runs, watch)?,
+            held_out_rms: rms(kind, &fitted.servo, &held_out, watch)?,
             published: published.transpose()?,
             fitted,
         });
@@ -90,12 +90,12 @@ fn rms(kind: Kind, servo: &Servo<f64>, runs: &[&Run], watch: &Watch) -> Result<f
     Ok((square / samples as f64).sqrt())
 }
 
-/// The parameters that a machine file has under `published.KIND`; what it does not name is 0.
+/// The parameters of `published.KIND` in a machine file; missing ones are 0.
 pub fn published(kind: Kind, machine: &Machine) -> Option<Servo<f64>> {
     let table = machine.published.get(kind.name())?;
     let mut names = fields().iter().map(|field| field.name);
-    let named = |name: &str| table.get(name)?.first().copied();
-    Some(Servo::<f64>::default().map(&mut |_: f64| names.next().and_then(named).unwrap_or(0.0)))
+    let value = |name: &str| table.get(name)?.first().copied();
+    Some(Servo::<f64>::default().map(&mut |_: f64| names.next().and_then(value).unwrap_or(0.0)))
 }
 
 impl ServoIdentification {
@@ -104,7 +104,7 @@ impl ServoIdentification {
         &self.candidates[self.best]
     }
 
-    /// The runs that no fit saw.
+    /// The runs that no fit used.
     pub fn held_out(&self) -> impl Iterator<Item = &Run> {
         self.runs.iter().filter(|run| run.held_out)
     }

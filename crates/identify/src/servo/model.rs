@@ -9,9 +9,10 @@
 //! ```
 //!
 //! The motor is driven by a share of the supply, whose source has a resistance R_S: it carries duty·i. Friction of the
-//! gear rises with what it transmits: Duclusaud, Passault, Padois, Ly (2025), models M1 … M6, each a case of this one.
-//! `quadratic` acts where weight and motor pull against each other: the square of the smaller of both torques times its
-//! own coefficient. `drop` and true stick are those of the sliding curve ([`Stribeck`]) within [`Static`].
+//! gear rises with the transmitted torque: Duclusaud, Passault, Padois, Ly (2025), models M1 … M6, each a special case
+//! of this one. `quadratic` acts where weight and motor act against each other: the square of the smaller of both
+//! torques times its own coefficient. `drop` and true stick are those of the sliding curve ([`Stribeck`]) within
+//! [`Static`].
 
 use stickslip_core::Fields;
 use stickslip_core::friction::{Decay, Exponent, Static, Stribeck};
@@ -27,13 +28,13 @@ use stickslip_base::{Error, Watch};
 pub enum Kind {
     /// Coulomb and viscous friction.
     Coulomb,
-    /// More of it at rest.
+    /// The same with more friction at rest.
     Stribeck,
     /// Coulomb friction that rises with the torque through the gear.
     Load,
     /// Both, and friction at rest rises with that torque, too.
     StribeckLoad,
-    /// The same with motor and weight counting differently.
+    /// The same with separate coefficients for motor and weight.
     Directional,
     /// The same with friction at rest that rises with the square of the smaller torque.
     Quadratic,
@@ -44,12 +45,12 @@ impl Kind {
     pub const ALL: [Kind; 6] =
         [Kind::Coulomb, Kind::Stribeck, Kind::Load, Kind::StribeckLoad, Kind::Directional, Kind::Quadratic];
 
-    /// As in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         ["coulomb", "stribeck", "load", "stribeck_load", "directional", "quadratic"][self as usize]
     }
 
-    /// In words.
+    /// Title.
     pub fn title(self) -> &'static str {
         [
             "Coulomb and viscous",
@@ -61,7 +62,7 @@ impl Kind {
         ][self as usize]
     }
 
-    /// Whether another model has all that this one has.
+    /// Whether another model has all parameters of this one.
     pub fn is_within(self, other: Kind) -> bool {
         self != other && fields().iter().all(|field| other.has(field.name) || !self.has(field.name))
     }
@@ -91,7 +92,7 @@ impl Kind {
     }
 }
 
-/// The parameters of servo and gear, on the output shaft. What a kind does not have is 0.
+/// The parameters of servo and gear, on the output shaft. Parameters outside a kind are 0.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Servo<T> {
     /// Torque constant of the motor behind its gear.
@@ -106,10 +107,10 @@ pub struct Servo<T> {
     /// Moment of inertia of motor and gear.
     #[field(symbol = "J_A", unit = "kg m^2", range = 0.0..=100.0, default = 1e-3)]
     pub armature: T,
-    /// Angle of the pendulum where the encoder says 0.
+    /// Angle of the pendulum at encoder position 0.
     #[field(symbol = "q_0", unit = "rad", range = -0.5..=0.5)]
     pub offset: T,
-    /// Time by which the reference acts later than it was recorded.
+    /// Delay between recorded and effective reference.
     #[field(symbol = "T", unit = "s", range = -0.05..=0.05)]
     pub delay: T,
     /// Viscous friction.
@@ -118,7 +119,7 @@ pub struct Servo<T> {
     /// Coulomb friction without load.
     #[field(symbol = "c", unit = "N m", range = 0.0..=200.0, default = 0.02)]
     pub coulomb: T,
-    /// What is added to it at rest.
+    /// Additional friction at rest.
     #[field(symbol = "s", unit = "N m", range = 0.0..=200.0, default = 0.01)]
     pub stribeck: T,
     /// Stribeck velocity.
@@ -133,10 +134,10 @@ pub struct Servo<T> {
     /// Friction per torque of the weight.
     #[field(symbol = "l_W", unit = "1", range = 0.0..=1.0, default = 0.05)]
     pub weight_load: T,
-    /// What is added to `motor_load` at rest.
+    /// Additional `motor_load` at rest.
     #[field(symbol = "s_M", unit = "1", range = 0.0..=1.0, default = 0.05)]
     pub motor_load_stribeck: T,
-    /// What is added to `weight_load` at rest.
+    /// Additional `weight_load` at rest.
     #[field(symbol = "s_W", unit = "1", range = 0.0..=1.0, default = 0.05)]
     pub weight_load_stribeck: T,
     /// Friction at rest per square of the motor's torque where the weight moves it.
@@ -192,8 +193,7 @@ impl<T: Scalar> Servo<T> {
         }
     }
 
-    /// The angle at each sample of a run [rad], from rest at the first measured one; nothing else that was measured is
-    /// used.
+    /// The angle at each sample of a run [rad], from rest at the first measured one; no other measurement is used.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -201,8 +201,8 @@ impl<T: Scalar> Servo<T> {
         self.simulate_in_steps(kind, run, STEP, None, watch)
     }
 
-    /// The same in steps of at most `step` [s]. With a `memory` [s] the simulation forgets: it is drawn to the
-    /// measured angle as by an observer with a double pole at 1/`memory`, and what it gives are predictions.
+    /// The same in steps of at most `step` [s]. With a `memory` [s] the simulation is drawn to the measured angle as by
+    /// an observer with a double pole at 1/`memory`, and returns predictions.
     pub(super) fn simulate_in_steps(
         &self,
         kind: Kind,

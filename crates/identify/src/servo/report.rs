@@ -1,4 +1,4 @@
-//! The report of a servo: which model predicts how well, on what, and what the runs cannot tell.
+//! The report of a servo: errors of the models, and the limits of the runs.
 
 use super::{Kind, ServoIdentification, fields, values};
 use crate::machine::{Machine, Run};
@@ -8,23 +8,23 @@ use stickslip_base::quantity::{Estimate, number, tied};
 use stickslip_base::report::{Cell, Provenance, Report, Table};
 use stickslip_recording::Recording;
 
-/// The whole report. `command` is the command line that makes it again.
+/// The whole report. `command` is its command line.
 pub fn report(found: &ServoIdentification, machine: &Machine, recording: &Recording, command: &str) -> Report {
     let provenance = Provenance::new(command, None, machine.text.clone());
     let file = recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut report = Report::new(format!("{}: motor and friction from {file}", machine.name), provenance)
         .summary(main_result(found))
-        .heading("Which model predicts best")
+        .heading("Comparison of models")
         .table(models(found))
         .paragraph(
-            "Root mean square of measured minus simulated angle. Each simulation knows the first angle of its run and \
+            "Root mean square of measured minus simulated angle. Each simulation uses the first angle of its run and \
              the reference, nothing else that was measured. Published parameters come from the machine file and took \
              no part; they are simulated by the same equations on the same runs.",
         );
     for (_, figure, caption) in found.figures() {
         report = report.figure(figure, caption);
     }
-    report = report.heading("What these runs cannot tell");
+    report = report.heading("Not identifiable from these runs");
     for limit in found.limits(machine) {
         report = report.paragraph(limit);
     }
@@ -40,7 +40,7 @@ fn main_result(found: &ServoIdentification) -> String {
     let names: Vec<String> = found.held_out().map(|run| run.number.to_string()).collect();
     let [low, high] = found.controller_slopes();
     let published = found.candidates.iter().filter_map(|c| c.published.map(|(_, rms)| rms)).reduce(f64::min);
-    let beside = published.map_or(String::new(), |rms| format!("; the best published model comes to {}", angle(rms)));
+    let beside = published.map_or(String::new(), |rms| format!("; that of the best published model is {}", angle(rms)));
     format!(
         "Simulated in the closed loop with the servo's own controller, the best model ({}) gives the angle of the runs \
          that no fit saw ({}) within {} rms{beside}. The duty that the servo recorded is {} to {} times that of the \
@@ -100,11 +100,11 @@ impl ServoIdentification {
         let simulated = |candidate: &super::Candidate, published: bool| {
             let servo =
                 if published { candidate.published.map(|(servo, _)| servo) } else { Some(candidate.fitted.servo) };
-            // A watch that is silent never cancels.
+            // A silent watch never cancels.
             servo.and_then(|servo| servo.simulate(candidate.fitted.kind, run, &Watch::silent()).ok())
         };
         let best = self.best();
-        let mut figure = Figure::new(format!("Angle of run {}, which no fit saw", run.number))
+        let mut figure = Figure::new(format!("Angle of run {}, held out", run.number))
             .x(Axis::new("time", "s"))
             .y(Axis::new("angle", "rad"))
             .series(Series::points(Role::Measured, "measured", pairs(&run.position)));

@@ -20,10 +20,10 @@ pub fn result_name(field: &Field) -> String {
     format!("{group}.{}", field.name)
 }
 
-/// What was found, under the names that scripts rely on.
+/// Results, under the names that scripts rely on.
 ///
-/// `inertia.*`, `motor.*`, `pendulum.*` and `friction.*` are the best model's; `prediction.position_rms` is its error on
-/// the runs that no fit saw. Each row is a model, with what others published for it where the machine file says so.
+/// `inertia.*`, `motor.*`, `pendulum.*` and `friction.*` are the best model's; `prediction.position_rms` is its error
+/// on the held-out runs. Each row is a model, with its published error where the machine file has one.
 pub fn summary(found: &ServoIdentification) -> Summary {
     let mut summary = Summary::new("identify");
     let best = found.best();

@@ -18,7 +18,7 @@ fn runs() -> &'static [Run] {
     &RUNS
 }
 
-/// Two models of all runs that may be fitted.
+/// Two models of all runs for fitting.
 fn found() -> &'static ServoIdentification {
     static FOUND: LazyLock<ServoIdentification> = LazyLock::new(|| {
         identify_runs(runs().to_vec(), &[Kind::Coulomb, Kind::Load], machine(), &Watch::silent()).unwrap()
@@ -32,7 +32,7 @@ fn the_recorded_duty_is_that_of_the_controller_in_the_machine_file() {
     let held_out: Vec<f64> = runs().iter().filter(|run| run.held_out).map(|run| run.number).collect();
     assert_eq!(held_out, [13.0, 14.0, 15.0]);
     for run in runs() {
-        // Fast runs are read up to a millisecond apart from their duty; a wrong divisor would be a factor of two.
+        // Fast runs are sampled up to a millisecond apart from their duty; a wrong divisor would be a factor of two.
         let slope = run.controller_slope().unwrap();
         assert!((0.95..1.01).contains(&slope), "run {}: {slope}", run.number);
         assert!(run.duty.iter().all(|duty| duty.abs() <= 1.0), "the sign of the register is lost");
@@ -41,7 +41,7 @@ fn the_recorded_duty_is_that_of_the_controller_in_the_machine_file() {
 
 #[test]
 fn friction_that_rises_with_the_load_predicts_unseen_runs_better_than_coulomb_and_published_parameters() {
-    let [coulomb, load] = &found().candidates[..] else { panic!("two kinds were asked for") };
+    let [coulomb, load] = &found().candidates[..] else { panic!("two kinds") };
     assert_eq!(found().best().fitted.kind, Kind::Load);
     // 52 against 65 mrad: half of the gain must remain.
     assert!(load.held_out_rms < 0.9 * coulomb.held_out_rms, "{} {}", load.held_out_rms, coulomb.held_out_rms);
@@ -82,7 +82,7 @@ fn a_mirrored_pendulum_has_the_same_parameters_and_the_opposite_offset() {
 }
 
 #[test]
-fn a_servo_of_known_parameters_is_found_within_its_intervals() {
+fn a_simulated_servo_is_identified_within_its_intervals() {
     let truth = Servo {
         torque_constant: 0.35,
         resistance: 3.0,
@@ -115,7 +115,7 @@ fn a_servo_of_known_parameters_is_found_within_its_intervals() {
             continue;
         }
         let [low, high] = ci95.unwrap_or_else(|| panic!("{} is not determined", field.name));
-        // An encoder step is all the noise there is: the interval holds the truth, and nothing is 2 % off.
+        // The encoder step is the only noise: the interval contains the truth, and no value is 2 % off.
         assert!(low <= truth && truth <= high, "{}: {truth} outside {low} … {high}", field.name);
         assert!((found - truth).abs() < 0.02 * truth.abs(), "{}: {truth} {found}", field.name);
     }
@@ -135,7 +135,7 @@ fn a_pendulum_held_below_breakaway_does_not_creep() {
 }
 
 #[test]
-fn directions_count_alike_unless_the_model_says_so_and_the_square_only_where_both_torques_oppose() {
+fn directions_differ_only_in_directional_models_and_the_square_acts_only_on_opposing_torques() {
     let servo = Servo::<f64> { weight_load: 0.3, motor_load: 0.1, coulomb: 1.0, ..Servo::default() };
     assert!((servo.gear(Kind::Load, 2.0, -1.0).kinetic_torque - 1.3).abs() < 1e-15);
     assert!((servo.gear(Kind::Directional, 2.0, -1.0).kinetic_torque - 1.5).abs() < 1e-15);
@@ -147,7 +147,7 @@ fn directions_count_alike_unless_the_model_says_so_and_the_square_only_where_bot
 }
 
 #[test]
-fn a_run_without_a_row_and_a_file_without_what_a_servo_needs_are_refused() {
+fn a_run_without_a_row_and_a_file_without_keys_of_a_servo_are_refused() {
     let recording = Recording::read(&data("logs.csv.gz")).unwrap();
     let text = std::fs::read_to_string(data("xl330-machine.toml")).unwrap();
     let refusal = |from: &str, to: &str| {
@@ -155,14 +155,14 @@ fn a_run_without_a_row_and_a_file_without_what_a_servo_needs_are_refused() {
         let machine = Machine::parse(&data("xl330-machine.toml"), &text.replace(from, to)).unwrap();
         machine.runs(&recording).unwrap_err().to_string()
     };
-    for (from, to, says) in [
+    for (from, to, expected) in [
         ("held_out = [13, 14, 15]", "held_out = []", "runs held out"),
         ("run = { name = \"log\" }", "", "columns.run is missing"),
         ("run = { name = \"log\" }", "run = { name = \"samples\" }", "samples"),
         ("length = { name = \"length\", unit = \"m\" }", "length = { name = \"length\", unit = \"kg\" }", "kg"),
     ] {
         let error = refusal(from, to);
-        assert!(error.contains(says), "{error}\nlacks {says}");
+        assert!(error.contains(expected), "{error}\nlacks {expected}");
     }
     let columns = ["log", "t", "goal", "position", "load", "enabled"];
     let values = |name: &str| if name == "log" { vec![99.0; 3] } else { vec![0.0, 1.0, 2.0] };
@@ -175,7 +175,7 @@ fn a_run_without_a_row_and_a_file_without_what_a_servo_needs_are_refused() {
 }
 
 #[test]
-fn the_promised_names_are_there_and_every_model_has_a_row() {
+fn the_documented_names_exist_and_every_model_has_a_row() {
     let folder = tempfile::tempdir().unwrap();
     let recording = Recording::read(&data("logs.csv.gz")).unwrap();
     let summary = write(found(), machine(), &recording, "stickslip identify", folder.path()).unwrap();
@@ -186,5 +186,5 @@ fn the_promised_names_are_there_and_every_model_has_a_row() {
     assert_eq!(written["rows"][1]["model"], "load");
     assert_eq!(written["rows"][1]["position_rms"], summary.value("prediction.position_rms").unwrap());
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
-    assert!(page.contains("What these runs cannot tell") && page.contains("Load-dependent, best"));
+    assert!(page.contains("Not identifiable from these runs") && page.contains("Load-dependent, best"));
 }

@@ -22,24 +22,24 @@ use stickslip_design::{cascade_as_pid, tune};
 use stickslip_experiment::workflow::position_loop::as_predictive;
 use stickslip_simulate::manoeuvre::Course;
 
-/// Speed at which a load slides for the tuning [rad/s].
+/// Speed of the sliding load for the tuning [rad/s].
 const SLIDING: f64 = 10.0;
 
-/// A controller with compensation and hold, and what it is called.
+/// A controller with compensation and hold, with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entrant {
-    /// A base and what is added to it, joined by `+`; or the file that it comes from, with the values that are set.
+    /// A base and its additions, joined by `+`; or the file, with the parameter values that are set.
     pub name: String,
     source: Source,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
-    /// One of the house.
+    /// A built-in controller.
     House(Box<House>),
-    /// That of a parameter file, as it is stated there.
+    /// A controller from a parameter file, used as written.
     File(Box<Preset<f64>>),
-    /// A library, an FMU, a function in Python.
+    /// A library, an FMU or a Python function.
     Loaded(Loaded),
 }
 
@@ -51,7 +51,7 @@ struct House {
     dithers: bool,
 }
 
-/// Controllers of the house, each tuned once for a machine.
+/// Built-in controllers, each tuned once for a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Base {
     Pid,
@@ -63,8 +63,8 @@ enum Base {
     Predictive,
 }
 
-/// Endings of controllers of one's own.
-const OWN: [&str; 5] = ["so", "dll", "dylib", "fmu", "py"];
+/// File endings of external controllers.
+const EXTERNAL: [&str; 5] = ["so", "dll", "dylib", "fmu", "py"];
 
 const BASES: [(&str, Base); 7] = [
     ("pid", Base::Pid),
@@ -76,8 +76,8 @@ const BASES: [(&str, Base); 7] = [
     ("mpc", Base::Predictive),
 ];
 
-/// Those that are compared where nobody names any; the first is the reference of the others. Where no limit is in the way,
-/// as in the usual manoeuvres, `mpc` is `state-feedback`.
+/// Default controllers; the first is the reference of the others. Where no limit is active, as in the usual manoeuvres,
+/// `mpc` is `state-feedback`.
 pub const HOUSE: [&str; 15] = [
     "pid",
     "cascade",
@@ -96,14 +96,14 @@ pub const HOUSE: [&str; 15] = [
     "cascade+dither",
 ];
 
-/// Kinds of compensation by their names in files, and none.
+/// Kinds of compensation by their names in files, including none.
 fn compensations() -> &'static [Variant] {
     <CompensationChoice<f64> as Fields<f64>>::SHAPE.variants()
 }
 
-/// The compensation of that name, as a file that says no more states it.
+/// The compensation of a name, with its default parameters.
 fn compensation(name: &str) -> Option<CompensationChoice<f64>> {
-    // The first choice that a walk meets is the kind; what a kind has to choose from stays.
+    // The first choice of a walk is the kind; choices within the kind stay.
     struct Choose(Option<usize>);
     impl Walk<f64> for Choose {
         fn number(&mut self, _: &'static Field, _: &mut f64) {}
@@ -114,22 +114,22 @@ fn compensation(name: &str) -> Option<CompensationChoice<f64>> {
     let index = compensations().iter().position(|kind| kind.name == name)?;
     let mut choice = CompensationChoice::Nothing;
     choice.contents(&mut Choose(Some(index)));
-    // A network that was not trained is nothing, either: trained ones come in files.
+    // An untrained network does nothing; trained ones come in files.
     (!matches!(choice, CompensationChoice::Nothing | CompensationChoice::Network(_))).then_some(choice)
 }
 
-/// What a position is held with.
+/// Addition for holding a position.
 const HOLD: &str = "hold";
-/// What keeps a contact moving.
+/// Addition for keeping a contact in motion.
 const DITHER: &str = "dither";
 
-/// What an entrant can be made of: controllers, and what they may be combined with.
+/// Parts of a name: controllers, and additions.
 fn parts() -> (Vec<&'static str>, Vec<&'static str>) {
     let kinds = compensations().iter().map(|kind| kind.name).filter(|name| compensation(name).is_some());
     (BASES.map(|(name, _)| name).to_vec(), kinds.chain([HOLD, DITHER]).collect())
 }
 
-/// How an entrant is named, for a user.
+/// Naming rule of entrants, for users.
 pub fn entrants() -> String {
     let (bases, added) = parts();
     let added: Vec<String> = added.iter().map(|name| format!("+{name}")).collect();
@@ -137,10 +137,11 @@ pub fn entrants() -> String {
 }
 
 impl Entrant {
-    /// One of the house by its name, as `state-feedback+feedforward+hold`, or that of a parameter file (`*.toml`).
+    /// A built-in controller by its name, as `state-feedback+feedforward+hold`, or the controller of a parameter file
+    /// (`*.toml`).
     ///
     /// # Errors
-    /// A part that does not exist; what reading the file refuses.
+    /// An unknown part; an invalid file.
     pub fn find(name: &str) -> Result<Self, Error> {
         if name.ends_with(".toml") {
             let preset: Preset<f64> = presets::find(name)?.read()?;
@@ -151,7 +152,7 @@ impl Entrant {
             Error::NothingToCompare { what: "controller", name: name.into(), known: [bases, added].concat() }
         };
         let mut parts = name.split('+');
-        let base = parts.next().and_then(|part| BASES.iter().find(|(known, _)| *known == part)).ok_or_else(unknown)?.1;
+        let base = parts.next().and_then(|part| BASES.iter().find(|(base, _)| *base == part)).ok_or_else(unknown)?.1;
         let mut house = House { base, compensation: CompensationChoice::Nothing, holds: false, dithers: false };
         for part in parts {
             match (part, compensation(part)) {
@@ -165,35 +166,38 @@ impl Entrant {
         Ok(Entrant { name: name.into(), source: Source::House(Box::new(house)) })
     }
 
-    /// The same, or a controller of one's own: a shared library, an FMU, a function in Python (*.py), of which a library is
-    /// made in the folder. Values of its parameters may follow the file: `servo.so,gain=6,damping=0.1`.
+    /// A built-in controller, or an external one: a shared library, an FMU, or a Python function (*.py), which is
+    /// compiled to a library in the folder. Values of its parameters may follow the file:
+    /// `servo.so,gain=6,damping=0.1`.
     ///
     /// # Errors
-    /// As [`Entrant::find`] and [`ExternalFile::open`](stickslip_bench::external::ExternalFile::open); a value that is no number.
+    /// As [`Entrant::find`] and [`ExternalFile::open`](stickslip_bench::external::ExternalFile::open); an invalid
+    /// parameter value.
     pub fn open(name: &str, folder: &Path) -> Result<Self, Error> {
-        let is_own =
-            |path: &str| Path::new(path).extension().is_some_and(|ending| OWN.iter().any(|own| ending == *own));
-        // A comma may be in the name of the file, too.
+        let is_external = |path: &str| {
+            Path::new(path).extension().is_some_and(|ending| EXTERNAL.iter().any(|external| ending == *external))
+        };
+        // The name of the file may contain a comma, too.
         let parts = name.match_indices(',').map(|(at, _)| (&name[..at], &name[at + 1..]));
-        let Some((path, values)) = parts.chain([(name, "")]).find(|(path, _)| is_own(path)) else {
+        let Some((path, values)) = parts.chain([(name, "")]).find(|(path, _)| is_external(path)) else {
             return Entrant::find(name);
         };
         let path = Path::new(path);
-        // Each in a folder of its own.
-        let own: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        // Each entrant has its own folder.
+        let subfolder: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let value = |text: &str| {
             let (name, value) = text.split_once('=')?;
             Some((name.trim().to_owned(), value.trim().parse().ok()?))
         };
         let values = values.split(',').filter(|text| !text.is_empty()).map(|text| {
-            let problem = || format!("\"{text}\" sets no parameter of it: write NAME=VALUE, with a number");
+            let problem = || format!("invalid parameter setting \"{text}\". Write NAME=VALUE with a number.");
             value(text).ok_or_else(|| BenchError::External { path: path.into(), problem: problem() })
         });
-        let loaded = Loaded::open(path, values.collect::<Result<_, _>>()?, &folder.join(own))?;
+        let loaded = Loaded::open(path, values.collect::<Result<_, _>>()?, &folder.join(subfolder))?;
         Ok(Entrant { name: name.into(), source: Source::Loaded(loaded) })
     }
 
-    /// Runs it in a manoeuvre, `preset` being [what it is on](Self::on); `None` where it did not come to its end.
+    /// Runs a manoeuvre on `preset`, the result of [`on`](Self::on); `None` where the run failed.
     pub(super) fn run(
         &self,
         preset: &Preset<f64>,
@@ -208,17 +212,17 @@ impl Entrant {
         }
     }
 
-    /// What its results follow from besides parameters.
+    /// Inputs of its results besides parameters.
     pub(super) fn follows_from(&self) -> &str {
         if let Source::Loaded(loaded) = &self.source { loaded.follows_from() } else { "" }
     }
 
-    /// What it failed of first, where it is one of a file of its own.
+    /// First fault of an external controller.
     pub(super) fn fault(&self) -> Option<Fault> {
         if let Source::Loaded(loaded) = &self.source { loaded.fault() } else { None }
     }
 
-    /// The parameters that it is stated by, if it comes from a file.
+    /// Parameters of an entrant from a file.
     pub(crate) fn stated(&self) -> Option<&Preset<f64>> {
         match &self.source {
             Source::House(_) | Source::Loaded(_) => None,
@@ -226,12 +230,12 @@ impl Entrant {
         }
     }
 
-    /// The entrant of that name that these parameters state: on a machine that may lack its file.
+    /// An entrant of this name with these parameters, for a machine without its file.
     pub(crate) fn of_parameters(name: String, preset: Preset<f64>) -> Self {
         Entrant { name, source: Source::File(Box::new(preset)) }
     }
 
-    /// What is tuned of it: entrants with the same share their gains. `None` where it runs as it is stated.
+    /// Name of the tuned base: entrants with the same base share their gains. `None` for untuned entrants.
     pub(crate) fn tuned_as(&self) -> Option<&'static str> {
         match &self.source {
             Source::House(house) => BASES.iter().find(|(_, base)| *base == house.base).map(|(name, _)| *name),
@@ -239,7 +243,7 @@ impl Entrant {
         }
     }
 
-    /// The controller that the tuning of this entrant starts from.
+    /// The controller from which the tuning of this entrant starts.
     pub(crate) fn start(&self, preset: &Preset<f64>) -> Option<ControllerChoice<f64>> {
         match &self.source {
             Source::House(house) => Some(start(house.base, preset)),
@@ -247,8 +251,8 @@ impl Entrant {
         }
     }
 
-    /// The controller of that name, tuned on what a preset believes. What was tuned from the same before is taken from
-    /// the folder; what is tuned is put there.
+    /// The controller of this name, tuned on the model of a preset. An earlier result of the same tuning is read from
+    /// the folder; a new one is written there.
     ///
     /// # Errors
     /// As [`tune`]; [`Error::File`].
@@ -258,16 +262,16 @@ impl Entrant {
         folder: &Path,
         watch: &Watch,
     ) -> Result<ControllerChoice<f64>, Error> {
-        let kept = folder.join(format!("tuned-{name}.toml"));
+        let path = folder.join(format!("tuned-{name}.toml"));
         let follows_from = format!("# {PROGRAM}\n{}", parameters::write_commented(preset));
-        if let Some(controller) = read_tuned(&kept, &follows_from) {
+        if let Some(controller) = read_tuned(&path, &follows_from) {
             return Ok(controller);
         }
-        let base = BASES.iter().find(|(known, _)| *known == name).map_or(Base::Pid, |(_, base)| *base);
+        let base = BASES.iter().find(|(base, _)| *base == name).map_or(Base::Pid, |(_, base)| *base);
         let controller = tune(&start(base, preset), &preset.model, &preset.bench, SLIDING, watch)?.controller;
         let mut with = *preset;
         with.bench.controller = controller;
-        output::write(&kept, format!("{}\n{FOLLOWS}\n{follows_from}", parameters::write_commented(&with)))?;
+        output::write(&path, format!("{}\n{FOLLOWS}\n{follows_from}", parameters::write_commented(&with)))?;
         Ok(controller)
     }
 
@@ -289,7 +293,7 @@ impl Entrant {
                 bench.filter = stated.bench.filter;
                 bench.hold = stated.bench.hold;
             }
-            // Nothing of the bench is in force.
+            // None of the bench's own additions is active.
             Source::Loaded(_) => {}
         }
         preset.bench.shaper = ShaperChoice::Nothing;
@@ -297,7 +301,7 @@ impl Entrant {
     }
 }
 
-/// What the tuning of a base starts from.
+/// Start of the tuning of a base.
 fn start(base: Base, preset: &Preset<f64>) -> ControllerChoice<f64> {
     let torque_limit = preset.bench.controller.torque_limit();
     let cascade = Cascade { torque_limit, inertia: preset.model.drive.inertia(), ..Cascade::default() };
@@ -315,10 +319,10 @@ fn start(base: Base, preset: &Preset<f64>) -> ControllerChoice<f64> {
     }
 }
 
-/// Stands between a tuned preset and the one that it follows from, which is all comment.
+/// Separator between a tuned preset and the preset from which it was tuned, which follows as comments.
 const FOLLOWS: &str = "# ---- tuned from ----";
 
-/// The controller that was tuned from the same before.
+/// The stored controller, if it was tuned from the same preset.
 fn read_tuned(path: &Path, follows_from: &str) -> Option<ControllerChoice<f64>> {
     let text = fs::read_to_string(path).ok()?;
     let (preset, from) = text.split_once(&format!("\n{FOLLOWS}\n"))?;
@@ -327,9 +331,10 @@ fn read_tuned(path: &Path, follows_from: &str) -> Option<ControllerChoice<f64>> 
 }
 
 impl House {
-    /// Dead zone of two counts; a knocker that breaks a load away which the integral has brought near to breakaway, by
-    /// somewhat more than friction then falls: a larger one throws it past the set-point. A dither of two thirds of the
-    /// believed breakaway torque, well above the vibration of the coupling and well below what samples can show.
+    /// Dead zone of two counts. A knocker that starts a load which the integral has brought near breakaway, by slightly
+    /// more than the following drop of friction: a larger knock overshoots the set-point. A dither of two thirds of the
+    /// modelled breakaway torque, well above the vibration of the coupling and well below the resolution of the
+    /// samples.
     fn hold(&self, preset: &Preset<f64>) -> Hold<f64> {
         let Preset { model, bench, .. } = preset;
         let count = TAU / model.encoder.counts_per_revolution;

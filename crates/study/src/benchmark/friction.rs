@@ -1,20 +1,20 @@
-//! Frictions that are compensated, and how far a belief is off.
+//! Compensated frictions, and errors of the modelled friction.
 
 use stickslip_core::friction::{Friction, Position, Ripple, Stribeck};
 
 use stickslip_base::preset::Preset;
 
-/// A friction, as shares of the drive's torque, so that each machine has its own of it.
+/// A friction, as shares of the drive's torque, so that it scales with the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionCase {
-    /// Its stable name.
+    /// Stable name.
     pub name: &'static str,
     /// Breakaway and kinetic torque over the largest torque of the drive, Stribeck velocity [rad/s], viscous friction over
     /// that torque [s/rad].
     shares: [f64; 4],
 }
 
-/// All of them.
+/// All frictions.
 pub const FRICTIONS: [FrictionCase; 3] = [
     FrictionCase { name: "mild", shares: [0.225, 0.18, 4.0, 1e-3] },
     FrictionCase { name: "nominal", shares: [0.225, 0.10, 1.0, 4e-3] },
@@ -34,7 +34,7 @@ impl FrictionCase {
         }
     }
 
-    /// A machine that truly has it, and is believed to; nothing else is off.
+    /// A machine with this friction and an exact model of it.
     pub(super) fn on(&self, preset: &Preset<f64>) -> Preset<f64> {
         let mut preset = *preset;
         let curve = self.curve(preset.bench.controller.torque_limit());
@@ -48,19 +48,19 @@ impl FrictionCase {
     }
 }
 
-/// A way in which machine and belief differ.
+/// A difference between machine and model.
 #[derive(Clone, Copy, Debug)]
 pub struct Variation {
-    /// Its stable name.
+    /// Stable name.
     pub name: &'static str,
     change: fn(&mut Preset<f64>),
 }
 
-/// All of them; the first is none.
+/// All variations; the first is none.
 pub const VARIATIONS: [Variation; 9] = [
     Variation { name: "as believed", change: |_| {} },
-    Variation { name: "belief −30 %", change: |preset| believe(preset, 0.7) },
-    Variation { name: "belief +30 %", change: |preset| believe(preset, 1.3) },
+    Variation { name: "belief −30 %", change: |preset| scale_model(preset, 0.7) },
+    Variation { name: "belief +30 %", change: |preset| scale_model(preset, 1.3) },
     Variation {
         name: "ripple 10 %",
         change: |preset| {
@@ -71,7 +71,7 @@ pub const VARIATIONS: [Variation; 9] = [
     Variation {
         name: "under load +20 %",
         change: |preset| {
-            // As much more friction where the coupling carries all of the drive's torque.
+            // 20 % more friction where the coupling carries all of the drive's torque.
             preset.plant.screw_friction.load.sensitivity = 0.2 / preset.bench.controller.torque_limit();
         },
     },
@@ -82,7 +82,7 @@ pub const VARIATIONS: [Variation; 9] = [
 ];
 
 impl Variation {
-    /// A preset that is off.
+    /// A preset with this difference.
     pub(super) fn of(&self, preset: &Preset<f64>) -> Preset<f64> {
         let mut preset = *preset;
         (self.change)(&mut preset);
@@ -90,7 +90,7 @@ impl Variation {
     }
 }
 
-fn believe(preset: &mut Preset<f64>, factor: f64) {
+fn scale_model(preset: &mut Preset<f64>, factor: f64) {
     preset.model.own.breakaway_torque *= factor;
     preset.model.own.kinetic_torque *= factor;
 }

@@ -1,4 +1,4 @@
-//! A controller of a file among those that are compared.
+//! External controllers in the benchmark.
 
 use std::fmt;
 use std::path::Path;
@@ -15,43 +15,43 @@ use stickslip_bench::external::{External, ExternalFile, read};
 use stickslip_simulate::manoeuvre::Course;
 use stickslip_simulate::simulation::Sample;
 
-/// A file that was opened, as often as there are runs at once.
+/// An opened file, with one instance for each concurrent run.
 #[derive(Clone)]
 pub(super) struct Loaded(Arc<Opened>);
 
 struct Opened {
     file: ExternalFile,
-    /// SHA-256 of what it was made of, with the values that were given.
+    /// SHA-256 of its sources, and the parameter values.
     follows_from: String,
     idle: Mutex<Vec<External>>,
-    /// What it failed of first.
+    /// First fault.
     fault: Mutex<Option<Fault>>,
 }
 
 impl Loaded {
-    /// Opens it with these values, and makes a library of it in the folder where it is a function in Python.
+    /// Opens a file with these values; a Python function is compiled to a library in the folder.
     pub(super) fn open(path: &Path, values: Vec<(String, f64)>, folder: &Path) -> Result<Self, Error> {
-        let given = ExternalFile { path: path.into(), values, ..ExternalFile::default() };
-        let file = given.made(folder, &mut |_| {})?;
+        let source = ExternalFile { path: path.into(), values, ..ExternalFile::default() };
+        let file = source.made(folder, &mut |_| {})?;
         let first = file.open(folder, &mut |_| {})?;
-        // What it was made of: a compiler may write other bytes each time.
-        let hash = given.hash()?;
-        let set = given.values.iter().map(|(name, value)| format!(", {name}={value}"));
+        // Hash of the source: compilers may write other bytes each time.
+        let hash = source.hash()?;
+        let set = source.values.iter().map(|(name, value)| format!(", {name}={value}"));
         let follows_from = hash + &set.collect::<String>();
         Ok(Loaded(Arc::new(Opened { file, follows_from, idle: Mutex::new(vec![first]), fault: Mutex::default() })))
     }
 
-    /// What its results follow from.
+    /// Inputs of its results.
     pub(super) fn follows_from(&self) -> &str {
         &self.0.follows_from
     }
 
-    /// What it failed of first, if it did.
+    /// First fault, if any.
     pub(super) fn fault(&self) -> Option<Fault> {
         *lock(&self.0.fault)
     }
 
-    /// Runs it; `None` where it, or the bench, did not come to the end.
+    /// Runs it; `None` where it, or the bench, failed.
     pub(super) fn run(
         &self,
         preset: &Preset<f64>,
@@ -61,14 +61,14 @@ impl Loaded {
         watch: &Watch,
     ) -> Result<Option<Course>, Error> {
         let Opened { file, idle, fault, .. } = &*self.0;
-        let waits = lock(idle).pop();
-        let mut external = match waits {
+        let instance = lock(idle).pop();
+        let mut external = match instance {
             Some(external) => external,
             None => file.open(Path::new(""), &mut |_| {})?,
         };
         let settings = &preset.bench;
-        let begun = external.begin(settings.control_period(), settings.controller.torque_limit());
-        let mut failed = begun.err();
+        let start = external.begin(settings.control_period(), settings.controller.torque_limit());
+        let mut failed = start.err();
         let mut course = None;
         if failed.is_none() {
             let mut torque = |sample: &Sample| {
@@ -81,7 +81,7 @@ impl Loaded {
             course = run_with(preset, manoeuvre, seed, chance, &mut torque, watch)?;
         }
         match failed {
-            // Whatever it is now, it is not asked again.
+            // A failed instance is not used again.
             Some(why) => drop(lock(fault).get_or_insert(external.told(why))),
             None => lock(idle).push(external),
         }

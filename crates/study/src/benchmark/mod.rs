@@ -1,13 +1,13 @@
-//! Which controller is the best for which friction? Controllers under test on the same machines, frictions and manoeuvres.
+//! Benchmark of position controllers on the same machines, frictions and manoeuvres.
 //!
-//! An [`Entrant`] is a controller with compensation and hold. Those of the house are tuned first, all by the same rules
-//! ([`tune`](stickslip_design::tune)); one of a file runs as it is stated. Each drives the virtual machine that truly has a
-//! [`FrictionCase`], while the software believes it, or is wrong about it by a [`Variation`]; what it did is judged by the
-//! true angle. Over seeds of noise follow means and 95 % intervals, over set-points off the counts the share of those at
-//! which it hunts. Who did not come to the end of a manoeuvre has failed; no number hides that.
+//! An [`Entrant`] is a controller with compensation and hold. Built-in controllers are tuned first, all by the same
+//! rules ([`tune`](stickslip_design::tune)); a controller of a file runs as written. Each drives the virtual machine
+//! with a [`FrictionCase`], while the software's model is exact, or wrong by a [`Variation`]; the true angle is judged.
+//! Seeds of noise give means and 95 % intervals, set-points between the counts give the share at which it hunts. An
+//! entrant that does not complete a manoeuvre has failed, and has no number there.
 //!
-//! The rank counts tracking alone: the geometric mean of the deviations over those of the first entrant. Settling, hold,
-//! creep and noise stand beside it. Where intervals overlap, ranks are shared.
+//! The rank counts tracking alone: the geometric mean of the deviations over those of the first entrant. Settling,
+//! hold, creep and noise are listed separately. Where intervals overlap, ranks are shared.
 
 mod entrant;
 mod friction;
@@ -24,7 +24,7 @@ pub use run::{run_abreast, simulated_time};
 pub use stickslip_simulate::manoeuvre::{MANOEUVRES, Manoeuvre, Measure};
 pub use study::{CellResult, Outcome, Plan, run_plan};
 
-/// Whose results they are: another version may compute otherwise.
+/// Program and version of the results: another version may compute other numbers.
 const PROGRAM: &str = concat!("stickslip ", env!("CARGO_PKG_VERSION"));
 
 #[cfg(test)]

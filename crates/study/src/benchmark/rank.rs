@@ -1,24 +1,24 @@
-//! Who is better, and whether that is known.
+//! Ranks of the entrants, and their confidence.
 
 use super::{CellResult, Manoeuvre, Outcome, VARIATIONS};
 use stickslip_base::statistics::{bootstrap, mean};
 
-/// An entrant on one friction.
+/// Result of an entrant on one friction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ranked {
     /// Name of the entrant.
     pub entrant: String,
-    /// First and last place that it may have; equal where no interval overlaps. `None` where it failed in tracking.
+    /// First and last place within its interval; equal where no interval overlaps. `None` where it failed in tracking.
     pub place: Option<[usize; 2]>,
     /// Deviations of the reference over its own, geometric mean over all tracking measures: 2 is half the deviation.
     pub factor: f64,
-    /// 95 % interval of it over the seeds.
+    /// 95 % interval of the factor over the seeds.
     pub ci95: [f64; 2],
-    /// Runs that did not come to their end, all manoeuvres together.
+    /// Failed runs, all manoeuvres together.
     pub failures: usize,
 }
 
-/// The entrants on a friction, the best first; who failed stands last.
+/// The entrants on a friction, the best first, failed ones last.
 pub fn rank(outcome: &Outcome, friction: &str) -> Vec<Ranked> {
     let as_believed = |cell: &&CellResult| cell.friction == friction && cell.variation == VARIATIONS[0].name;
     let cells: Vec<&CellResult> = outcome.cells.iter().filter(as_believed).collect();
@@ -40,7 +40,7 @@ pub fn rank(outcome: &Outcome, friction: &str) -> Vec<Ranked> {
         .map(|cell| {
             let values: Vec<[Vec<f64>; 2]> =
                 measures.iter().map(|&(m, index)| [reference.values(m, index), cell.values(m, index)]).collect();
-            // The same seeds for both: what the noise does to both is no difference.
+            // The same seeds for both: common effects of the noise cancel.
             let factor = |drawn: &[usize]| {
                 let logs = values.iter().map(|[of, own]| {
                     let of_all = |values: &[f64]| mean(drawn.iter().map(|&k| values[k]));
@@ -55,10 +55,10 @@ pub fn rank(outcome: &Outcome, friction: &str) -> Vec<Ranked> {
             Ranked { entrant: cell.entrant.clone(), place: None, factor: factor_of_all, ci95, failures }
         })
         .collect();
-    // NaN is no factor: it goes last.
+    // NaN sorts last.
     ranked.sort_by(|one, other| {
-        let known = |it: &Ranked| if it.factor.is_nan() { f64::NEG_INFINITY } else { it.factor };
-        known(other).total_cmp(&known(one))
+        let finite = |it: &Ranked| if it.factor.is_nan() { f64::NEG_INFINITY } else { it.factor };
+        finite(other).total_cmp(&finite(one))
     });
     let intervals: Vec<[f64; 2]> = ranked.iter().map(|it| it.ci95).collect();
     for it in ranked.iter_mut().filter(|it| it.factor.is_finite()) {

@@ -1,4 +1,4 @@
-//! What came out: ranks, tables, figures.
+//! Results: ranks, tables, figures.
 
 use std::path::Path;
 
@@ -10,17 +10,17 @@ use stickslip_base::report::{Provenance, Report, Table};
 use stickslip_base::statistics::{bootstrap, mean};
 use stickslip_base::{Error, Summary, Watch, output, parameters};
 
-/// Entrants whose course is drawn, and the time about a reversal that is [s].
+/// Number of entrants in a figure, and its time range about a reversal [s].
 const DRAWN: usize = 3;
 const AROUND: [f64; 2] = [-0.05, 0.35];
-/// When the sine of that manoeuvre turns [s].
+/// Time of the reversal in the sine of that manoeuvre [s].
 const REVERSAL: f64 = 2.5;
 
-/// Mean and 95 % interval of what is known of values.
+/// Mean and 95 % interval of the finite values.
 fn estimate(values: &[f64]) -> Option<(f64, [f64; 2])> {
-    let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    let all = mean(known.iter().copied());
-    (!known.is_empty()).then(|| (all, bootstrap(known.len(), |drawn| mean(drawn.iter().map(|&k| known[k])))))
+    let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let all = mean(finite.iter().copied());
+    (!finite.is_empty()).then(|| (all, bootstrap(finite.len(), |drawn| mean(drawn.iter().map(|&k| finite[k])))))
 }
 
 impl Outcome {
@@ -83,7 +83,7 @@ impl Outcome {
         summary
     }
 
-    /// Two tables a friction: the ranks with what they count, and what stands beside them.
+    /// Two tables for each friction: the ranks with the measures that count, and the other measures.
     pub fn tables(&self) -> Vec<(String, Table)> {
         let count = std::f64::consts::TAU / self.plan.preset.model.encoder.counts_per_revolution;
         let mut tables = Vec::new();
@@ -91,27 +91,27 @@ impl Outcome {
             let ranks = rank(self, case.name);
             let preset = case.on(&self.plan.preset);
             let own = preset.model.own;
-            let said = |value: f64, unit: &str| tied(&Estimate::new(value, unit));
+            let quantity = |value: f64, unit: &str| tied(&Estimate::new(value, unit));
             let mut machine = format!("{}, {} friction", self.plan.machine, case.name);
             let friction = format!(
                 "{machine}: M_S {}, M_K {}, Ω_Strib {}",
-                said(own.breakaway_torque, "N m"),
-                said(own.kinetic_torque, "N m"),
-                said(own.stribeck_velocity, "rad/s"),
+                quantity(own.breakaway_torque, "N m"),
+                quantity(own.kinetic_torque, "N m"),
+                quantity(own.stribeck_velocity, "rad/s"),
             );
             if self.measures(true).next().is_some() {
                 let caption = format!(
-                    "{friction}. Factor: by how much the deviations are smaller than those of {}. A count is {}.",
+                    "{friction}. Factor: deviations of {} over those of the controller. One count is {}.",
                     self.plan.entrants[0].name,
-                    said(count, "rad")
+                    quantity(count, "rad")
                 );
                 tables.push((caption, self.table(case.name, &ranks, true)));
             } else {
-                // Nobody is ranked by what is no tracking.
+                // Measures other than tracking do not rank.
                 machine = friction;
             }
             if self.measures(false).next().is_some() {
-                let tolerance = said(stickslip_simulate::manoeuvre::tolerance(&preset), "rad");
+                let tolerance = quantity(stickslip_simulate::manoeuvre::tolerance(&preset), "rad");
                 let caption = format!("{machine}: settling and rest. A move has settled within {tolerance}.");
                 tables.push((caption, self.table(case.name, &ranks, false)));
             }
@@ -119,14 +119,14 @@ impl Outcome {
         tables
     }
 
-    /// What was measured of tracking with its noise, or of the rest.
+    /// Measures of tracking with its noise, or the others.
     fn measures(&self, of_tracking: bool) -> impl Iterator<Item = (Manoeuvre, usize)> + '_ {
         let tracks = |manoeuvre: &Manoeuvre| manoeuvre.measures().iter().any(|measure| measure.ranks);
         let chosen = self.plan.manoeuvres.iter().filter(move |manoeuvre| tracks(manoeuvre) == of_tracking);
         chosen.flat_map(|manoeuvre| (0..manoeuvre.measures().len()).map(|index| (*manoeuvre, index)))
     }
 
-    /// Entrants over measures.
+    /// Table of entrants over measures.
     fn table(&self, friction: &str, ranks: &[Ranked], of_tracking: bool) -> Table {
         let title = |(manoeuvre, index): (Manoeuvre, usize)| {
             let measure = &manoeuvre.measures()[index];
@@ -156,7 +156,7 @@ impl Outcome {
         rows.fold(Table::new(head), Table::row)
     }
 
-    /// A table a friction: the peak of the reversal where machine and belief differ.
+    /// A table for each friction: the peak at the reversal where machine and model differ.
     pub fn robustness(&self) -> Vec<(String, Table)> {
         if self.plan.variations.is_empty() || !self.plan.manoeuvres.contains(&Manoeuvre::Reversal) {
             return Vec::new();
@@ -186,7 +186,7 @@ impl Outcome {
         self.plan.frictions.iter().map(|friction| of(friction.name)).collect()
     }
 
-    /// The deviation about a reversal: the reference and the best, each friction.
+    /// The deviation about a reversal: the reference and the best, for each friction.
     fn figures(&self) -> Result<Vec<(String, Figure, String)>, Error> {
         let mut figures = Vec::new();
         if !self.plan.manoeuvres.contains(&Manoeuvre::Reversal) {
@@ -220,13 +220,13 @@ impl Outcome {
         Ok(figures)
     }
 
-    /// The controller of an entrant that was tuned.
+    /// The tuned controller of an entrant.
     fn controller(&self, entrant: &Entrant) -> Option<ControllerChoice<f64>> {
         let name = entrant.tuned_as()?;
         self.tuned.iter().find(|(other, _)| *other == name).map(|(_, controller)| *controller)
     }
 
-    /// What a reader should know first.
+    /// Main results, in sentences.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks: Vec<String> = self
             .ranks()
@@ -237,11 +237,11 @@ impl Outcome {
                 let names: Vec<&str> = best.iter().map(|it| it.entrant.as_str()).collect();
                 let factor = best.first()?.factor;
                 if names.contains(&self.plan.entrants[0].name.as_str()) {
-                    return Some(format!("Under {friction} friction nobody does better than {}.", names.join(" and ")));
+                    return Some(format!("{friction} friction: least deviation with {}.", names.join(" and ")));
                 }
-                let shared = if names.len() > 1 { " (no difference between them is known)" } else { "" };
+                let shared = if names.len() > 1 { " (no significant difference between them)" } else { "" };
                 Some(format!(
-                    "Under {friction} friction the least deviation has {}{shared}: {} times less than {}.",
+                    "{friction} friction: least deviation with {}{shared}, {} times less than {}.",
                     names.join(", "),
                     number(factor, 1),
                     self.plan.entrants[0].name
@@ -250,8 +250,8 @@ impl Outcome {
             .collect();
         if ["pid", "cascade"].iter().all(|name| self.plan.entrants.iter().any(|entrant| entrant.name == *name)) {
             remarks.push(
-                "PID and cascade are one family: their gains can be made each other's but for the zeros, which a cascade \
-                 has real. A difference between them is one of tuning."
+                "PID and cascade have the same structure: the gains of one can be converted to the other, except that a \
+                 cascade has real zeros. A difference between them is a difference of tuning."
                     .into(),
             );
         }
@@ -262,14 +262,13 @@ impl Outcome {
             .map(|cell| format!("{} ({} friction, {})", cell.entrant, cell.friction, cell.variation))
             .collect();
         if !failed.is_empty() {
-            remarks.push(format!("Runs that a bench would have stopped: {}.", failed.join("; ")));
+            remarks.push(format!("Failed runs, stopped by the supervision: {}.", failed.join("; ")));
         }
         for entrant in &self.plan.entrants {
-            remarks.extend(entrant.fault().map(|fault| format!("{} failed, at first of this: {fault}", entrant.name)));
+            remarks.extend(entrant.fault().map(|fault| format!("{} failed; first fault: {fault}", entrant.name)));
         }
         if !self.complete {
-            remarks
-                .push("The benchmark was cancelled; started again with the same folder it goes on from here.".into());
+            remarks.push("The benchmark was cancelled. Start it again with the same folder to continue.".into());
         }
         remarks
     }
@@ -277,7 +276,7 @@ impl Outcome {
     /// The report.
     ///
     /// # Errors
-    /// What a run refuses.
+    /// An invalid preset.
     pub fn report(&self, command: &str) -> Result<Report, Error> {
         let provenance = Provenance::new(command, None, parameters::write_commented(&self.plan.preset));
         let mut report =
@@ -287,7 +286,7 @@ impl Outcome {
         }
         let robustness = self.robustness();
         if !robustness.is_empty() {
-            report = report.heading("Where machine and belief differ");
+            report = report.heading("Machine and model differ");
         }
         for (caption, table) in robustness {
             report = report.table(table.caption(caption));
@@ -301,7 +300,7 @@ impl Outcome {
     /// Writes figures, report and summary into a folder.
     ///
     /// # Errors
-    /// [`Error::File`] if the system refuses; what a run refuses.
+    /// [`Error::File`] if the system refuses; an invalid preset.
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         output::create_folder(directory)?;
         let mut summary = self.summary();
@@ -313,7 +312,7 @@ impl Outcome {
     }
 }
 
-/// A unit as a table's head has it; values are scaled to it.
+/// The unit in a table head; values are scaled to it.
 fn shown_unit(unit: &str) -> &'static str {
     match unit {
         "rad" => ", mrad",

@@ -11,12 +11,12 @@ use stickslip_simulate::fast_bench::{FastBench, LANES, LaneNumber};
 use stickslip_simulate::manoeuvre::Course;
 use stickslip_simulate::simulation::{DelayedTorque, Sample, sample};
 
-/// Time at rest before it begins [s].
+/// Time at rest before the manoeuvre [s].
 const REST: f64 = 0.3;
-/// With fewer the lanes that are left cost more than one after the other.
+/// With fewer lanes, one run after the other is faster.
 const WORTH_LANES: usize = 3;
 
-/// Runs it; `None` where it did not come to its end: what the supervision of a bench would stop.
+/// Runs a manoeuvre; `None` where the supervision of a bench would stop it.
 pub(crate) fn run(
     preset: &Preset<f64>,
     manoeuvre: Manoeuvre,
@@ -28,8 +28,8 @@ pub(crate) fn run(
     Ok(follow(bench, &mut [run], None, watch)?.pop().flatten())
 }
 
-/// The same with somebody else's torque in place of that of the bench: what he reads in a sample to a torque [N m], or
-/// none, with which the run has failed.
+/// Runs a manoeuvre with the torque of an external controller: from a sample to a torque [N m], or `None`, with which
+/// the run fails.
 pub(crate) fn run_with(
     preset: &Preset<f64>,
     manoeuvre: Manoeuvre,
@@ -48,7 +48,7 @@ pub(crate) fn run_with(
     Ok(follow(bench, &mut [run], Some(&mut torque), watch)?.pop().flatten())
 }
 
-/// Runs it on several machines; each gets the very numbers of `run`. What a machine refuses is its own result.
+/// Runs a manoeuvre on several machines, with the same numbers as `run`. A refused machine has an error of its own.
 ///
 /// # Errors
 /// [`Error::Cancelled`] alone.
@@ -102,12 +102,12 @@ pub fn run_abreast(
     Ok(results)
 }
 
-/// How long a run takes on the virtual bench, with the rest before it [s].
+/// Duration of a run on the virtual bench, with the rest before it [s].
 pub fn simulated_time(manoeuvre: Manoeuvre, preset: &Preset<f64>, chance: f64) -> f64 {
     REST + manoeuvre.reference(preset, chance).1
 }
 
-/// What a machine is to follow, and within what.
+/// Machine, set-points and limits of a run.
 struct Run<'a> {
     preset: &'a Preset<f64>,
     tick: Tick<f64>,
@@ -140,31 +140,31 @@ impl<'a> Run<'a> {
         cycle >= self.rest && (cycle - self.rest).is_multiple_of(self.preset.bench.divider())
     }
 
-    /// Written so that a NaN is beyond.
+    /// A NaN is outside.
     fn is_within_limits(&self, deviation: f64, velocity: f64) -> bool {
         let safety = &self.preset.bench.safety;
         deviation.abs() <= safety.following_error && velocity.abs() <= safety.speed
     }
 }
 
-/// Torque of somebody else in a tick [N m]; without one every run has failed.
+/// External torque in a tick [N m]; `None` fails every run.
 type Torque<'a, T> = &'a mut dyn FnMut(&FastBench<T>, u64, Setpoint<T>) -> Option<T>;
 
-/// Lets each lane follow its set-points to the end, or to where it leaves its limits.
+/// Lets each lane follow its set-points to the end, or until it leaves its limits.
 fn follow<T: LaneNumber>(
     mut bench: FastBench<T>,
     runs: &mut [Run<'_>],
     mut torque: Option<Torque<'_, T>>,
     watch: &Watch,
 ) -> Result<Vec<Option<Course>>, Error> {
-    let begun = |run: &Run<'_>| Some(Course { period: run.preset.bench.control_period(), ..Course::default() });
-    let mut courses: Vec<Option<Course>> = runs.iter().map(begun).collect();
+    let start = |run: &Run<'_>| Some(Course { period: run.preset.bench.control_period(), ..Course::default() });
+    let mut courses: Vec<Option<Course>> = runs.iter().map(start).collect();
     let mut order = Order { control: T::of(f64::from(u8::from(torque.is_none()))), ..Order::default() };
     for cycle in 0..runs.iter().map(|run| run.cycles).max().unwrap_or(0) {
         if cycle % 8192 == 0 {
             watch.check()?;
         }
-        // Before the tick: what is true while its set-point is asked for.
+        // Before the tick: the true state for its set-point.
         let (angle, velocity) = (bench.truth().plant.machine.angle, bench.truth().plant.machine.velocity);
         let mut any = false;
         for (lane, (run, course)) in runs.iter_mut().zip(&mut courses).enumerate() {
@@ -227,7 +227,7 @@ mod tests {
         for (k, preset) in presets.iter_mut().enumerate() {
             preset.plant.drive.load_inertia *= 1.0 + 0.1 * k as f64;
         }
-        // Another configuration, a step that is refused, one that is stopped: among the others.
+        // Another configuration, a refused step and a stopped run among the others.
         presets[3].plant.screw_friction.model = stickslip_core::friction::Model::Nothing;
         presets[5].plant.drive.coupling_stiffness = 1e9;
         presets[7].bench.safety.following_error = 1e-6;
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn side_by_side_every_machine_has_the_very_numbers_that_it_has_alone() {
+    fn machines_side_by_side_have_the_same_numbers_as_alone() {
         let presets = spread("prototype");
         let machines: Vec<_> = presets.iter().collect();
         for (manoeuvre, chance) in [(Manoeuvre::FastSine, 0.5), (Manoeuvre::Strokes, 0.3)] {
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn beside_each_other_are_machines_that_differ_by_numbers_alone() {
+    fn only_machines_that_differ_by_numbers_share_lanes() {
         let presets = spread("prototype");
         let bench = |index: usize, seed: u64| Run::new(&presets[index], Manoeuvre::FastSine, seed, 0.5).unwrap().0;
         assert!(bench(1, 2).beside(&bench(0, 2)));

@@ -11,31 +11,31 @@ use stickslip_base::parallel::map;
 use stickslip_base::preset::{ControllerChoice, Preset};
 use stickslip_base::{Error, Watch, output, parameters};
 
-/// What is compared.
+/// Plan of a benchmark.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What the machine is called, and its preset.
+    /// Name of the machine and its preset.
     pub machine: String,
     /// The machine; its friction is replaced.
     pub preset: Preset<f64>,
-    /// Who; the first is the reference of the others.
+    /// Entrants; the first is the reference of the others.
     pub entrants: Vec<Entrant>,
     /// Frictions.
     pub frictions: Vec<FrictionCase>,
-    /// What may be off, besides nothing: there the reversal alone is run.
+    /// Differences between machine and model, besides none: only the reversal is run there.
     pub variations: Vec<Variation>,
     /// Manoeuvres.
     pub manoeuvres: Vec<Manoeuvre>,
     /// Seeds of noise.
     pub seeds: u64,
-    /// Set-points to rest at.
+    /// Number of set-points at which it rests.
     pub places: u64,
     /// Threads.
     pub threads: usize,
 }
 
 impl Plan {
-    /// Everything on a machine.
+    /// A plan with all frictions, variations and manoeuvres.
     pub fn new(machine: impl Into<String>, preset: Preset<f64>, entrants: Vec<Entrant>) -> Self {
         Plan {
             machine: machine.into(),
@@ -50,24 +50,24 @@ impl Plan {
         }
     }
 
-    /// The first look: two frictions, two seeds, four places, and a belief that is off by 30 %.
+    /// A quick plan: two frictions, two seeds, four places, and friction modelled 30 % off.
     pub fn quick(self) -> Self {
         let frictions = self.frictions.into_iter().filter(|friction| friction.name != "mild").collect();
         let variations = VARIATIONS[1..3].to_vec();
         Plan { frictions, variations, seeds: 2, places: 4, ..self }
     }
 
-    /// What is run of a cell: manoeuvre, seed, and where between two counts it rests.
+    /// Runs of a cell: manoeuvre, seed, and the place between two counts.
     fn runs(&self, cell: &Cell) -> Vec<(Manoeuvre, u64, f64)> {
         let whole = cell.variation.name == VARIATIONS[0].name;
-        let asked = self.manoeuvres.iter().filter(|manoeuvre| whole || **manoeuvre == Manoeuvre::Reversal);
+        let chosen = self.manoeuvres.iter().filter(|manoeuvre| whole || **manoeuvre == Manoeuvre::Reversal);
         let repeats = |manoeuvre: &Manoeuvre| if manoeuvre.has_places() { self.places } else { self.seeds };
         let of = |manoeuvre: &Manoeuvre| {
             let (manoeuvre, count) = (*manoeuvre, repeats(manoeuvre));
-            // Places as even as they go, none on a count.
+            // Places as even as possible, none on a count.
             (0..count).map(move |k| (manoeuvre, k + 1, (k as f64 + 0.5) / count as f64))
         };
-        asked.flat_map(of).collect()
+        chosen.flat_map(of).collect()
     }
 
     /// All cells, those of an entrant and a friction together.
@@ -92,7 +92,7 @@ struct Cell {
     variation: Variation,
 }
 
-/// What came of a cell.
+/// Result of a cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellResult {
     /// Name of the entrant.
@@ -103,44 +103,44 @@ pub struct CellResult {
     pub variation: String,
     /// For each run: name of the manoeuvre, and its numbers in the order of its measures; none where it failed.
     pub runs: Vec<(String, Option<Vec<Option<f64>>>)>,
-    /// All that it follows from: another benchmark's results are not taken for this one's.
+    /// All inputs: results of another benchmark are not reused.
     follows_from: String,
 }
 
 impl CellResult {
-    /// All values of a measure, a run each; NaN where it failed.
+    /// All values of a measure, one for each run; NaN where it failed.
     pub fn values(&self, manoeuvre: Manoeuvre, measure: usize) -> Vec<f64> {
         let of = self.runs.iter().filter(|(name, _)| name == manoeuvre.name());
         of.map(|(_, values)| values.as_ref().and_then(|all| *all.get(measure)?).unwrap_or(f64::NAN)).collect()
     }
 
-    /// Runs that did not come to their end.
+    /// Failed runs.
     pub fn failures(&self) -> usize {
         self.runs.iter().filter(|(_, values)| values.is_none()).count()
     }
 }
 
-/// What came out.
+/// Outcome of a benchmark.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// What was asked for.
+    /// The plan.
     pub plan: Plan,
-    /// The cells, as far as they were finished.
+    /// The finished cells.
     pub cells: Vec<CellResult>,
-    /// The controllers that were tuned.
+    /// The tuned controllers.
     pub tuned: Vec<(&'static str, ControllerChoice<f64>)>,
-    /// Whether it came to its end.
+    /// Whether all cells are finished.
     pub complete: bool,
 }
 
-/// Runs the benchmark. Cells that lie in `folder` already and follow from the same are taken from there; each that is
-/// finished is put there. Where it is cancelled, the outcome holds what was finished.
+/// Runs the benchmark. Cells in `folder` with the same inputs are reused; each finished cell is written there. After a
+/// cancellation the outcome holds the finished cells.
 ///
 /// # Errors
-/// [`Error::Cancelled`] before anything was finished; [`Error::Parameters`] where what a file states does not fit the
-/// machine; what tuning and design refuse; [`Error::File`].
+/// [`Error::Cancelled`] before the first cell is finished; [`Error::Parameters`] where the parameters of a file do not
+/// fit the machine; errors of tuning and design; [`Error::File`].
 pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Error> {
-    // What a file states was made for its own bench: matrices for another sampling time would run, and mean nothing.
+    // A file was written for its own bench: matrices for another sampling time would run with wrong results.
     for entrant in plan.entrants.iter().filter(|entrant| entrant.tuned_as().is_none()) {
         let text = parameters::write_commented(&entrant.on(&plan.preset, None));
         parameters::read::<Preset<f64>>(&text, &format!("{} on {}", entrant.name, plan.machine))?;
@@ -164,18 +164,18 @@ pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Er
     Ok(outcome)
 }
 
-/// The controllers of the house that are asked for, on the machine's own friction as believed.
+/// Tunes the built-in controllers of the plan on the machine's modelled own friction.
 fn tune_all(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Vec<(&'static str, ControllerChoice<f64>)>, Error> {
     let mut names: Vec<&'static str> = plan.entrants.iter().filter_map(Entrant::tuned_as).collect();
     names.sort_unstable();
     names.dedup();
-    // All frictions share the machine and the bristles; the nominal one is the one that is tuned for.
+    // All frictions share machine and bristles; the controllers are tuned for the nominal friction.
     let preset = FRICTIONS[1].on(&plan.preset);
     let tune = |name: &&'static str| Ok((*name, Entrant::tuned(name, &preset, folder, watch)?));
     map(&names, plan.threads, tune)
 }
 
-/// A cell's result, from its file or its runs.
+/// A cell's result, from its file or from its runs.
 fn result(
     plan: &Plan,
     cell: &Cell,
@@ -187,16 +187,16 @@ fn result(
     let entrant = &plan.entrants[cell.entrant];
     let of = |name| tuned.iter().find(|(other, _)| *other == name).map(|(_, controller)| *controller);
     let controller = entrant.tuned_as().and_then(of);
-    // Who holds by the believed breakaway torque holds by a belief that may be off.
+    // A hold that uses the modelled breakaway torque uses the varied model.
     let preset = entrant.on(&cell.variation.of(&cell.friction.on(&plan.preset)), controller);
     let runs = plan.runs(cell);
     let follows_from =
         format!("{PROGRAM}\n{runs:?}\n{}{}", entrant.follows_from(), parameters::write_commented(&preset));
     let path = folder.join(file_name(&format!("{} {} {}", entrant.name, cell.friction.name, cell.variation.name)));
     let stage = format!("{}, {} friction, {}", entrant.name, cell.friction.name, cell.variation.name);
-    if let Some(kept) = read_result(&path, &follows_from) {
+    if let Some(result) = read_result(&path, &follows_from) {
         done.fetch_add(runs.len(), Ordering::Relaxed);
-        return Ok(kept);
+        return Ok(result);
     }
     let values = map(&runs, plan.threads, |&(manoeuvre, seed, chance)| {
         let course = entrant.run(&preset, manoeuvre, seed, chance, watch)?;
@@ -222,7 +222,7 @@ fn read_result(path: &Path, follows_from: &str) -> Option<CellResult> {
     (result.follows_from == follows_from).then_some(result)
 }
 
-/// A name that every file system takes.
+/// A file name that every file system accepts.
 fn file_name(name: &str) -> PathBuf {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '+' { c } else { '_' };
     let signed = name.replace('−', "minus ").replace('%', "percent");

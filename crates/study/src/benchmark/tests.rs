@@ -1,4 +1,4 @@
-//! Laws of the benchmark.
+//! Tests of the benchmark.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +13,7 @@ fn preset() -> Preset<f64> {
     presets::find("prototype").unwrap().read().unwrap()
 }
 
-/// Controllers of a file, so that nothing is tuned: the preset's, and the same with a compensation.
+/// Controllers of files, so that nothing is tuned: the preset's, and the same with a compensation.
 fn from_files(folder: &std::path::Path) -> Vec<Entrant> {
     let text = presets::find("prototype").unwrap().text;
     let compensations = ["nothing", "feedforward"];
@@ -37,7 +37,7 @@ fn plan(folder: &std::path::Path) -> Plan {
 }
 
 #[test]
-fn what_is_no_tracking_ranks_nobody() {
+fn measures_other_than_tracking_do_not_rank() {
     let folder = tempfile::tempdir().unwrap();
     let manoeuvres = vec![Manoeuvre::Strokes];
     let plan = Plan { variations: Vec::new(), manoeuvres, places: 2, ..plan(folder.path()) };
@@ -47,12 +47,12 @@ fn what_is_no_tracking_ranks_nobody() {
     let text = table.lines().join("\n");
     assert!(caption.contains("M_S 0.4500") && caption.contains("settling"), "{caption}");
     assert!(!text.contains("failed") && text.contains("strokes, settling"), "{text}");
-    // A short way and a long one, forth and back, were gone.
+    // A short stroke and a long one, in both directions.
     assert!(outcome.cells.iter().all(|cell| cell.values(Manoeuvre::Strokes, 2).iter().all(|largest| *largest > 1e-3)));
 }
 
 #[test]
-fn a_compensation_that_knows_the_friction_ranks_before_none_whatever_the_threads() {
+fn compensation_with_an_exact_model_ranks_first_with_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let plan = plan(folder.path());
     let run = |threads, name: &str| {
@@ -65,17 +65,17 @@ fn a_compensation_that_knows_the_friction_ranks_before_none_whatever_the_threads
     assert!(ranks[0].entrant.ends_with("feedforward.toml") && ranks[0].place == Some([1, 1]), "{ranks:?}");
     assert!(ranks[0].factor > 1.5 && ranks[0].ci95[0] > 1.0, "{ranks:?}");
     assert_eq!((ranks[1].factor, ranks[1].place), (1.0, Some([2, 2])));
-    // A belief that is too low compensates less.
+    // A modelled friction that is too low compensates less.
     let peak = |k: usize| outcome.cells[k].values(Manoeuvre::Reversal, 0)[0];
     let [as_believed, too_low] = [2, 3].map(peak);
     assert!(too_low > 1.2 * as_believed, "{too_low} and {as_believed}");
-    // The report can be made of it.
+    // The report can be written.
     let summary = outcome.write(&folder.path().join("out"), "stickslip benchmark").unwrap();
     assert_eq!(summary.value("benchmark.failed_runs"), Some(0.0));
 }
 
 #[test]
-fn ones_own_matrices_are_judged_like_the_controller_that_they_are() {
+fn external_matrices_are_judged_like_the_equal_controller() {
     let folder = tempfile::tempdir().unwrap();
     let plan = plan(folder.path());
     let feedback = StateFeedback { torque_limit: preset().bench.controller.torque_limit(), ..StateFeedback::default() };
@@ -97,14 +97,14 @@ fn ones_own_matrices_are_judged_like_the_controller_that_they_are() {
         std::fs::write(&path, parameters::write_commented(&stated)).unwrap();
         Entrant::find(path.to_str().unwrap()).unwrap()
     };
-    // The friction is what the software believes: the design, which does not know of it, stays the same.
+    // The true friction equals the model: the design does not depend on it and stays the same.
     let entrants =
         vec![of("a.toml", ControllerChoice::StateFeedback(feedback)), of("b.toml", ControllerChoice::Linear(matrices))];
     let plan = Plan { entrants, variations: Vec::new(), ..plan };
     let outcome = run_plan(&plan, &folder.path().join("cells"), &Watch::silent()).unwrap();
     assert_eq!(outcome.cells[0].failures(), 0);
     assert_eq!(outcome.cells[0].runs, outcome.cells[1].runs);
-    // At another rate of control they are not that controller any more.
+    // At another control rate the matrices are another controller.
     let mut other = plan;
     other.preset.bench.control_divider = 1.0;
     let refused = run_plan(&other, &folder.path().join("other"), &Watch::silent()).unwrap_err().to_string();
@@ -112,7 +112,7 @@ fn ones_own_matrices_are_judged_like_the_controller_that_they_are() {
 }
 
 #[test]
-fn what_was_finished_is_not_run_again_unless_something_is_other() {
+fn finished_cells_are_reused_unless_an_input_differs() {
     let folder = tempfile::tempdir().unwrap();
     let mut plan = Plan { variations: Vec::new(), manoeuvres: vec![Manoeuvre::FastSine], ..plan(folder.path()) };
     let cells = folder.path().join("cells");
@@ -122,25 +122,25 @@ fn what_was_finished_is_not_run_again_unless_something_is_other() {
     let watch = Watch::new(cancelled, move |stage, _| stop.store(stage.contains("feedforward"), Ordering::Relaxed));
     let partial = run_plan(&plan, &cells, &watch).unwrap();
     assert!(!partial.complete && partial.cells.len() == 1);
-    // A mark in what is kept shows that it is taken.
-    let kept = std::fs::read_dir(&cells).unwrap().next().unwrap().unwrap().path();
+    // A mark in the stored file shows that it is reused.
+    let stored = std::fs::read_dir(&cells).unwrap().next().unwrap().unwrap().path();
     let mut marked = partial.cells[0].clone();
     marked.runs[0].1 = Some(vec![Some(42.0)]);
-    std::fs::write(&kept, serde_json::to_string(&marked).unwrap()).unwrap();
+    std::fs::write(&stored, serde_json::to_string(&marked).unwrap()).unwrap();
     let whole = run_plan(&plan, &cells, &Watch::silent()).unwrap();
     assert!(whole.complete && whole.cells[0] == marked && whole.cells.len() == 2);
-    // Another machine, or a file that is no result: run again.
+    // Another machine, or an invalid file: run again.
     plan.preset.plant.drive.load_inertia *= 1.01;
     assert_ne!(run_plan(&plan, &cells, &Watch::silent()).unwrap().cells[0].runs, marked.runs);
-    std::fs::write(&kept, "{\"entrant\": ").unwrap();
+    std::fs::write(&stored, "{\"entrant\": ").unwrap();
     assert!(run_plan(&plan, &cells, &Watch::silent()).unwrap().complete);
 }
 
 #[test]
-fn who_does_not_follow_has_failed_and_is_no_number() {
+fn a_controller_that_does_not_follow_has_failed_and_no_number() {
     let folder = tempfile::tempdir().unwrap();
     let mut plan = Plan { variations: Vec::new(), manoeuvres: vec![Manoeuvre::FastSine], ..plan(folder.path()) };
-    // It does not move at all.
+    // This controller does not move the load at all.
     plan.preset.bench.safety.following_error = 1.0;
     let path = folder.path().join("lazy.toml");
     let text = presets::find("prototype").unwrap().text;
@@ -155,11 +155,11 @@ fn who_does_not_follow_has_failed_and_is_no_number() {
     let ranks = rank(&outcome, "nominal");
     assert!(ranks[2].entrant.ends_with("lazy.toml") && ranks[2].place.is_none() && ranks[2].failures == 2, "{ranks:?}");
     assert!(outcome.tables()[0].1.lines().iter().any(|line| line.contains("failed") && line.contains("lazy.toml")));
-    assert!(outcome.remarks().iter().any(|remark| remark.contains("would have stopped")));
+    assert!(outcome.remarks().iter().any(|remark| remark.contains("stopped by the supervision")));
 }
 
 #[test]
-fn a_controller_is_made_of_parts_that_there_are_and_of_one_compensation() {
+fn a_controller_has_known_parts_and_at_most_one_compensation() {
     for name in HOUSE {
         assert_eq!(Entrant::find(name).unwrap().name, name);
     }
@@ -170,7 +170,7 @@ fn a_controller_is_made_of_parts_that_there_are_and_of_one_compensation() {
 }
 
 #[test]
-fn frictions_are_those_of_the_drive_and_beliefs_follow_them() {
+fn frictions_scale_with_the_drive_and_the_model_follows() {
     let on = FRICTIONS[2].on(&preset());
     let torque = on.bench.controller.torque_limit();
     assert_eq!(on.model.own.breakaway_torque, 0.225 * torque);

@@ -1,5 +1,5 @@
-//! The correction that the bench makes of itself before its curve is judged: it measures the friction that it renders,
-//! by its own converters and its own model, and adds what is missing.
+//! Correction of the rendered friction before its curve is judged: the bench measures the rendered friction with its
+//! own converters and its own model, and adds the difference.
 
 use stickslip_core::plant::Plant;
 use stickslip_core::render::Correction;
@@ -12,20 +12,20 @@ use stickslip_experiment::workflow::correct::{correct, missing, table};
 use stickslip_experiment::workflow::render::faded_below;
 use stickslip_experiment::{FrictionCurve, FrictionPlan, home, measure_friction};
 
-/// How often it corrects at most.
+/// Largest number of corrections.
 const CORRECTIONS: usize = 2;
-/// The noise of these measurements is another one than that of the comparison.
+/// Seed offset: these measurements have another noise than the comparison.
 const OTHER_NOISE: u64 = 1 << 32;
 
-/// The speeds of the staircase that judges, over shorter arcs than a plan that shall tell the own friction.
+/// The speeds of the judged staircase, over shorter arcs than a plan that identifies the own friction.
 fn plan() -> FrictionPlan<f64> {
     FrictionPlan { slowest: 0.05, speeds: 12.0, arc: 0.1, ..FrictionPlan::quick() }
 }
 
-/// The correction that is kept on this machine; none where supervision ends the first measurement.
+/// The best correction on this machine; none where supervision ends the first measurement.
 ///
 /// # Errors
-/// What the design of the software and the integrator refuse.
+/// Errors of the design of the software and of the integrator.
 pub(super) fn correction(
     cell: &Cell,
     plant: &Plant<f64>,

@@ -1,22 +1,22 @@
-//! Trajectory equivalence: does a controller notice that its friction is rendered?
+//! Trajectory equivalence: how much a controller's motion with rendered friction differs from that with true friction.
 //!
 //! The same controller, reference and sensor noise act on three machines:
 //!
-//! - **A** truly has the desired friction. Its load motor gives no torque, whatever its current; the rotor's inertia and
+//! - **A** has the desired friction. Its load motor gives no torque, whatever its current; the rotor's inertia and
 //!   its cogging stay.
 //! - **A0** has its own friction. Its load motor is disabled in the same way.
-//! - **B** is A0 with the load motor at work and a rendering law in force.
+//! - **B** is A0 with an active load motor and rendering law.
 //!
 //! ```text
 //! E = RMS(φ_B − φ_A) / RMS(φ_A0 − φ_A)
 //! ```
 //!
-//! on the true angle φ: 0 is indistinguishable, 1 is as if nothing were rendered. Noise alone sets a *floor*, A against A
-//! with another seed: E below it says nothing. With noise seeds that are independent in A and B,
-//! `excess = √max(0, mean E² − mean floor²)` is what the rendering adds to it. Limit cycles drift in phase: for hunting
-//! and stick-slip the amplitude, the interval and the number of breakaways are compared instead.
+//! on the true angle φ: 0 is indistinguishable, 1 is as if nothing were rendered. Noise alone sets a *floor*, A against
+//! A with another seed: E below it has no meaning. With independent noise seeds in A and B, `excess = √max(0, mean E² −
+//! mean floor²)` is the part that rendering adds. Limit cycles drift in phase: for hunting and stick-slip the
+//! amplitude, the interval and the number of breakaways are compared instead.
 //!
-//! This benchmark is the judge: it looks at the true machine, which no experiment may.
+//! This benchmark uses the true machine, which experiments must not.
 //!
 //! ```
 //! use stickslip_study::fidelity::{TestBed, Cell, Mismatch, Role, Runs, Scenario, scores};

@@ -1,4 +1,4 @@
-//! Which cells are compared.
+//! Plan of the compared cells.
 
 use super::{MISMATCHES, Mismatch, SCENARIOS, Scenario, TestBed};
 use stickslip_base::Error;
@@ -13,15 +13,15 @@ pub struct Group {
     pub wheel: bool,
     /// Tick rate [Hz].
     pub rate: f64,
-    /// How the machine differs from the belief.
+    /// Difference between machine and model.
     pub mismatch: Mismatch,
     /// Names of the laws.
     pub laws: Vec<String>,
-    /// Names of those whose curve is corrected too: as long as all other scenarios together.
+    /// Names of the laws whose curve is corrected too: it takes as long as all other scenarios together.
     pub corrected: Vec<String>,
 }
 
-/// All cells, and how each is run.
+/// All cells, with their scenarios, seeds and threads.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The cells.
@@ -30,17 +30,17 @@ pub struct Plan {
     pub scenarios: Vec<Scenario>,
     /// Noise seeds of each.
     pub seeds: Vec<u64>,
-    /// Threads that share the work.
+    /// Number of threads.
     pub threads: usize,
 }
 
-/// What a user asks for. Empty lists ask for all that the benchmark has.
+/// Selection by a user. Empty lists select everything in the benchmark.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// The short benchmark: closed loop with 3 seeds, the paper's law and the picked one on `prototype` with the mismatch
-    /// `real` at 4 and 10 kHz. Otherwise the full one with 10 seeds.
+    /// The short benchmark: closed loop with 3 seeds, the paper's law and the selected one on `prototype` with the
+    /// mismatch `real` at 4 and 10 kHz. Otherwise the full one with 10 seeds.
     pub quick: bool,
-    /// How many seeds instead.
+    /// Another number of seeds.
     pub seeds: Option<u64>,
     /// Names of presets or paths of their files.
     pub presets: Vec<String>,
@@ -54,7 +54,7 @@ pub struct Selection {
     pub mismatches: Vec<String>,
     /// Names of scenarios.
     pub scenarios: Vec<String>,
-    /// Threads; 0 for as many as there are processors.
+    /// Threads; 0 uses all processors.
     pub threads: usize,
 }
 
@@ -70,8 +70,8 @@ fn names(list: &[&str]) -> Vec<String> {
     list.iter().map(|name| (*name).into()).collect()
 }
 
-/// The full benchmark: all laws over rates with and without what identification leaves; the paper's and the picked one
-/// over all mismatches and on the other beds, one of which has its own.
+/// The full benchmark: all laws over rates, with an exact model and with the errors that identification leaves; the
+/// paper's law and the selected one over all mismatches and on the other beds, one of which has a mismatch of its own.
 fn full() -> Vec<Block> {
     let all = LAWS.iter().map(|(name, _)| (*name).into()).chain([AUTO.into()]).collect();
     let (perfect, real) = (Mismatch::PERFECT, Mismatch::REAL);
@@ -100,11 +100,11 @@ fn quick() -> Vec<Block> {
 }
 
 impl Selection {
-    /// The cells of the benchmark that are asked for. What it does not have but is asked for by name is run all the same,
-    /// at 4 kHz and with the mismatch `real` unless said otherwise.
+    /// The selected cells of the benchmark. Named items that are not part of it run as well, by default at 4 kHz with
+    /// the mismatch `real`.
     ///
     /// # Errors
-    /// [`Error::NothingToCompare`] where a name is not known; as [`TestBed::find`].
+    /// [`Error::NothingToCompare`] for an unknown name; as [`TestBed::find`].
     pub fn plan(&self) -> Result<Plan, Error> {
         let mismatches: Vec<Mismatch> = known("mismatch", &self.mismatches, MISMATCHES, |mismatch| mismatch.name)?;
         let scenarios: Vec<Scenario> = known("scenario", &self.scenarios, SCENARIOS, |scenario| scenario.name)?;
@@ -120,8 +120,8 @@ impl Selection {
             })?);
         }
         if groups.is_empty() {
-            let or = |given: &[String], otherwise: &[&str]| {
-                if given.is_empty() { names(otherwise) } else { given.to_vec() }
+            let or = |selected: &[String], otherwise: &[&str]| {
+                if selected.is_empty() { names(otherwise) } else { selected.to_vec() }
             };
             groups = self.groups(&Block {
                 presets: or(&self.presets, &["prototype"]),
@@ -140,7 +140,7 @@ impl Selection {
         })
     }
 
-    /// The groups of a block. With and without wheel stand together: they share A.
+    /// The groups of a block. Groups with and without wheel are adjacent: they share A.
     fn groups(&self, block: &Block) -> Result<Vec<Group>, Error> {
         let mut groups = Vec::new();
         for preset in &block.presets {
@@ -161,12 +161,12 @@ impl Selection {
 }
 
 impl Selection {
-    /// The laws whose curve is corrected at a rate [Hz] under a mismatch: where there is something that a correction may
-    /// mend, or everywhere that it is asked for by its name.
+    /// The laws whose curve is corrected at a rate [Hz] under a mismatch: where a correction can help, or where the
+    /// corrected curve is requested by name.
     fn corrected(&self, rate: f64, mismatch: Mismatch) -> Vec<String> {
-        let asked = self.scenarios.iter().any(|name| name == Scenario::CURVE_CORRECTED.name);
-        let mends = rate >= 4000.0 && [Mismatch::REAL.name, "gaussian", "ripple10%"].contains(&mismatch.name);
-        match (asked || mends && !self.quick, self.laws.is_empty()) {
+        let requested = self.scenarios.iter().any(|name| name == Scenario::CURVE_CORRECTED.name);
+        let helps = rate >= 4000.0 && [Mismatch::REAL.name, "gaussian", "ripple10%"].contains(&mismatch.name);
+        match (requested || helps && !self.quick, self.laws.is_empty()) {
             (false, _) => Vec::new(),
             (true, true) => names(&[PAPER, AUTO]),
             (true, false) => self.laws.clone(),
@@ -174,27 +174,27 @@ impl Selection {
     }
 }
 
-/// What a block has of that which is asked for; all of it where nothing is.
-fn chosen<T>(all: Vec<T>, asked: &[T], same: impl Fn(&T, &T) -> bool) -> Vec<T> {
-    all.into_iter().filter(|one| asked.is_empty() || asked.iter().any(|other| same(one, other))).collect()
+/// The selected items of a block; all of them for an empty selection.
+fn chosen<T>(all: Vec<T>, selection: &[T], same: impl Fn(&T, &T) -> bool) -> Vec<T> {
+    all.into_iter().filter(|one| selection.is_empty() || selection.iter().any(|other| same(one, other))).collect()
 }
 
-/// The things of these names.
+/// The items of these names.
 ///
 /// # Errors
-/// [`Error::NothingToCompare`] with the first name that is none of theirs.
+/// [`Error::NothingToCompare`] with the first unknown name.
 pub fn known<T: Copy>(
     what: &'static str,
-    asked: &[String],
+    names: &[String],
     all: &[T],
     name: impl Fn(&T) -> &'static str,
 ) -> Result<Vec<T>, Error> {
-    let find = |asked: &String| {
-        all.iter().copied().find(|one| name(one) == asked).ok_or_else(|| Error::NothingToCompare {
+    let find = |requested: &String| {
+        all.iter().copied().find(|one| name(one) == requested).ok_or_else(|| Error::NothingToCompare {
             what,
-            name: asked.clone(),
+            name: requested.clone(),
             known: all.iter().map(&name).collect(),
         })
     };
-    asked.iter().map(find).collect()
+    names.iter().map(find).collect()
 }

@@ -1,4 +1,4 @@
-//! What came out: rows, tables, figures.
+//! Results: rows, tables, figures.
 
 use std::path::Path;
 
@@ -11,12 +11,12 @@ use stickslip_base::report::{Provenance, Report, Table};
 use stickslip_base::{Error, Preset, Summary};
 use stickslip_simulate::fidelity::law::PAPER;
 
-/// Time of a limit cycle that is drawn [s].
+/// Drawn time of a limit cycle [s].
 const DRAWN: f64 = 4.0;
-/// Time before and after a reversal that is drawn [s].
+/// Drawn time before and after a reversal [s].
 const DRAWN_AROUND_REVERSAL: f64 = 0.05;
 
-/// Beginning of a file's name, figure, caption.
+/// Prefix of a file's name, figure, caption.
 type Drawn = (&'static str, Figure, &'static str);
 
 impl Outcome {
@@ -56,7 +56,7 @@ impl Outcome {
         summary
     }
 
-    /// One table a machine with its title: laws over measures, in percent and numbers of breakaways.
+    /// One table with its title for each machine: laws over measures, in percent and numbers of breakaways.
     pub fn tables(&self) -> Vec<(String, Table)> {
         self.plan
             .groups
@@ -92,8 +92,8 @@ impl Outcome {
                 for of_law in rows.chunk_by(|a, b| a.law == b.law) {
                     let cells = |of: &dyn Fn(&Row) -> f64| -> Vec<String> {
                         let cell = |column: &&Row| {
-                            let found = of_law.iter().find(|row| row.score.measure == column.score.measure);
-                            found.map_or("–".into(), |row| shown(row, of(row)))
+                            let row_of_law = of_law.iter().find(|row| row.score.measure == column.score.measure);
+                            row_of_law.map_or("–".into(), |row| shown(row, of(row)))
                         };
                         measures.iter().map(cell).collect()
                     };
@@ -128,12 +128,12 @@ impl Outcome {
             report = report.figure(figure, caption);
         }
         report = report.heading("All cells").paragraph(
-            "The same controller, reference and noise on a machine that truly has the desired friction, and on the bench \
+            "The same controller, reference and noise on a machine that has the desired friction, and on the bench \
              that renders it. Angles: RMS difference of the two over the RMS difference without rendering, so that 0 is \
              indistinguishable and 100 % is nothing rendered. Limit cycles: amplitude, interval, number of breakaways. The \
              floor is what other noise does to the true machine: a difference below it says nothing. Predicted is what the \
              bench expects of the law that it picks (auto), before it runs and without knowing the mismatch. The last column \
-             is the RMS error of the velocity that a law believes in when its torque begins to act, in the worst scenario.",
+             is the RMS error of the velocity that a law uses when its torque starts to act, in the worst scenario.",
         );
         self.tables().into_iter().fold(report, |report, (title, table)| report.table(table.caption(title)))
     }
@@ -148,7 +148,7 @@ impl Outcome {
         self.report(command).write_all(self.summary(), drawn, directory)
     }
 
-    /// What came out, in sentences: the paper's law and the picked one at its worst in angles.
+    /// Main result in sentences: the paper's law and the selected one in the worst scenario of the angle.
     fn verdict(&self) -> String {
         let worst = |of: &dyn Fn(&Row) -> bool| {
             let angles = |row: &&Row| of(row) && row.score.measure.starts_with("sine");
@@ -156,7 +156,7 @@ impl Outcome {
         };
         let percent = |value: f64| if value.is_nan() { "unknown".into() } else { number(100.0 * value, 1) };
         format!(
-            "Following a sine, the bench differs from a machine that truly has the desired friction by at most {} % under \
+            "Following a sine, the bench differs from a machine that has the desired friction by at most {} % under \
              the law that it picks, by {} % under the paper's at its best fade-out; 100 % is nothing rendered. {} numbers \
              from {} noise seeds each.",
             percent(worst(&|row| row.auto)),
@@ -182,7 +182,7 @@ impl Outcome {
         self.examples.iter().flat_map(of).chain(self.over_own_friction()).collect()
     }
 
-    /// Difference over the error of the own friction.
+    /// Difference over the error of the modelled own friction.
     fn over_own_friction(&self) -> Option<(String, Figure, String)> {
         const ERRORS: [(&str, f64); 5] =
             [("own-20%", -0.2), ("own-10%", -0.1), ("perfect", 0.0), ("own+10%", 0.1), ("own+20%", 0.2)];
@@ -215,8 +215,8 @@ impl Outcome {
             figure = figure.series(if wheel { line } else { line.dashed() });
             series += 1;
         }
-        let caption = "The machine has more or less friction than the model says. 0 is indistinguishable from a machine \
-                       that truly has the desired friction, 1 is nothing rendered.";
+        let caption = "The machine has more or less friction than the model. 0 is indistinguishable from a machine \
+                       that has the desired friction, 1 is nothing rendered.";
         Some(("own-friction.svg".into(), figure, caption.into()))
     }
 }
@@ -236,11 +236,11 @@ fn hunting(example: &Example) -> Drawn {
         .series(Series::line(Role::Own, "own friction", deviation(&example.a0)).dashed());
     let figure = with_laws(figure, example, |trace| deviation(trace));
     let caption = "A PID controller with too much integral action. With the desired friction it hunts, with the machine's \
-                   own it does not; the bench shall make it hunt alike.";
+                   own friction it does not; the bench should hunt in the same way.";
     ("hunting", figure, caption)
 }
 
-/// Distance from the machine with the true friction along a sine.
+/// Distance from the machine with the true friction in a sine.
 fn following(example: &Example) -> Drawn {
     let period = example.a.period;
     let from = (example.scenario.evaluated_from() / period) as usize;
@@ -253,11 +253,11 @@ fn following(example: &Example) -> Drawn {
         .y(Axis::new("distance from the true friction's angle", "rad"))
         .series(Series::line(Role::Own, "nothing rendered", distance(&example.a0)).dashed());
     let figure = with_laws(figure, example, |trace| distance(trace));
-    let caption = "How far the load is from where it would be with the true friction, the same noise in all.";
+    let caption = "Distance of the load from its angle with the true friction; the same noise in all runs.";
     ("sine", figure, caption)
 }
 
-/// What resists the load through a reversal.
+/// Torque that resists the load through a reversal.
 fn reversal(example: &Example) -> Drawn {
     let period = example.a.period;
     let from = (example.scenario.evaluated_from() / period) as usize;
@@ -276,7 +276,7 @@ fn reversal(example: &Example) -> Drawn {
         .series(Series::line(Role::Desired, "true friction", resisting(&example.a)))
         .series(Series::line(Role::Own, "own friction", resisting(&example.a0)).dashed());
     let figure = with_laws(figure, example, |trace| resisting(trace));
-    let caption = "Friction and load motor together, where the sine of 2 Hz turns round: the load sticks, its bristles bend \
+    let caption = "Friction and load motor together, at a reversal of the sine of 2 Hz: the load sticks, its bristles bend \
                    the other way, and it breaks away.";
     ("reversal", figure, caption)
 }
@@ -292,7 +292,7 @@ fn with_laws(figure: Figure, example: &Example, of: impl Fn(&super::Trace) -> Ve
     })
 }
 
-/// A difference as people read it.
+/// A difference, formatted.
 fn shown(row: &Row, value: f64) -> String {
     if value.is_nan() {
         return if row.score.stable { "–".into() } else { "unstable".into() };

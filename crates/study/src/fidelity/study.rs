@@ -23,27 +23,27 @@ pub struct Row {
     pub rate: f64,
     /// Name of the mismatch.
     pub mismatch: &'static str,
-    /// Whether the bench picked this law by itself.
+    /// Whether the bench selected this law automatically.
     pub auto: bool,
-    /// The difference that the bench predicts before the run; NaN for laws that it does not pick from and what is not in
-    /// closed loop.
+    /// Difference that the bench predicts before the run; NaN for laws outside the selection and for measures that are
+    /// not in closed loop.
     pub predicted: f64,
-    /// Half width of the fade-out that was found best for the law [rad/s]; NaN for laws without one.
+    /// Best half width of the fade-out for the law [rad/s]; NaN for laws without one.
     pub fade_velocity: f64,
     /// The numbers.
     pub score: Score,
 }
 
-/// What came out.
+/// Outcome of the benchmark.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// What was asked for.
+    /// The plan.
     pub plan: Plan,
     /// All numbers, cell by cell.
     pub rows: Vec<Row>,
-    /// Runs to look at, of one machine with and without its wheel.
+    /// Example runs of one machine with and without its wheel.
     pub examples: Vec<Example>,
-    /// Whether it came to its end.
+    /// Whether all cells are finished.
     pub complete: bool,
 }
 
@@ -52,7 +52,7 @@ pub struct Outcome {
 pub struct Example {
     /// The cells.
     pub group: Group,
-    /// What they did.
+    /// Scenario of the traces.
     pub scenario: Scenario,
     /// On A.
     pub a: Trace,
@@ -62,10 +62,10 @@ pub struct Example {
     pub b: Vec<(&'static str, Trace)>,
 }
 
-/// Runs the benchmark. Where it is cancelled, the outcome holds the laws that were finished.
+/// Runs the benchmark. After a cancellation the outcome holds the finished laws.
 ///
 /// # Errors
-/// [`Error::Cancelled`] before anything was finished; what the design functions refuse.
+/// [`Error::Cancelled`] before the first law is finished; errors of the design functions.
 pub fn run_plan(plan: &Plan, watch: &Watch) -> Result<Outcome, Error> {
     let mut outcome = Outcome { plan: plan.clone(), rows: Vec::new(), examples: Vec::new(), complete: true };
     let mut work = Work { plan, watch, done: AtomicUsize::new(0), desired: None, picked: Vec::new() };
@@ -84,11 +84,11 @@ pub fn run_plan(plan: &Plan, watch: &Watch) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
-/// The machine and rate whose runs are shown: with what identification leaves, at 4 kHz where that is.
+/// The example machine and rate: with the errors that identification leaves, at 4 kHz if available.
 fn example(plan: &Plan) -> Option<&Group> {
     plan.groups.iter().max_by_key(|group| {
         let real = group.mismatch.name == Mismatch::REAL.name;
-        // The first of equal ones: max_by_key takes the last.
+        // The first of equal ones: max_by_key returns the last.
         (
             real,
             group.rate == 4000.0,
@@ -98,18 +98,17 @@ fn example(plan: &Plan) -> Option<&Group> {
 }
 
 impl Group {
-    /// Whether it is the same but for the wheel.
+    /// Whether the other group differs only by the wheel.
     fn is_beside(&self, other: &Group) -> bool {
         self.preset == other.preset && self.rate == other.rate && self.mismatch.name == other.mismatch.name
     }
 
-    /// The laws by their own names, each once, the picked one in its place.
+    /// The laws by their own names, each once, the selected one in its place.
     fn resolved(&self, auto: &str) -> Vec<&'static str> {
-        LAWS.iter().map(|(name, _)| *name).filter(|name| asked(&self.laws, name, auto)).collect()
+        LAWS.iter().map(|(name, _)| *name).filter(|name| is_selected(&self.laws, name, auto)).collect()
     }
 
-    /// The scenarios in which a machine is compared: A and A0 (no law) have nothing to correct, A0 scales angles and is
-    /// shown.
+    /// The scenarios of a machine: A and A0 (no law) have nothing to correct; A0 is the scale of angles and an example.
     fn scenarios(&self, all: &[Scenario], role: Role, law: &str, auto: &str) -> Vec<Scenario> {
         let mut scenarios: Vec<Scenario> = match role {
             Role::Desired => all.iter().map(|scenario| scenario.uncorrected()).collect(),
@@ -117,7 +116,7 @@ impl Group {
                 all.iter().copied().filter(|scenario| scenario.needs_own() || SHOWN.contains(scenario)).collect()
             }
             Role::Rendered => {
-                let corrected = asked(&self.corrected, law, auto);
+                let corrected = is_selected(&self.corrected, law, auto);
                 all.iter().copied().filter(|scenario| corrected || !scenario.is_corrected()).collect()
             }
         };
@@ -126,8 +125,8 @@ impl Group {
     }
 }
 
-/// Whether a law is among those asked for, by its name or as the picked one.
-fn asked(laws: &[String], name: &str, auto: &str) -> bool {
+/// Whether a law is selected, by its name or as the automatic one.
+fn is_selected(laws: &[String], name: &str, auto: &str) -> bool {
     laws.iter().any(|law| law == name || law == AUTO && name == auto)
 }
 
@@ -135,14 +134,14 @@ struct Work<'a> {
     plan: &'a Plan,
     watch: &'a Watch,
     done: AtomicUsize,
-    /// The group before, its A and its runs.
+    /// The previous group, its A and its runs.
     desired: Option<(Group, Plant<f64>, Runs)>,
-    /// What was picked: by preset, wheel and rate, for the belief knows no mismatch.
+    /// Selected laws by preset, wheel and rate; the model is the same for all mismatches.
     picked: Vec<(Group, Pick)>,
 }
 
 impl Work<'_> {
-    /// Runs that a group takes at most.
+    /// Largest number of runs of a group.
     fn runs(&self, group: &Group) -> usize {
         let Plan { scenarios, seeds, .. } = self.plan;
         let widths = group.laws.iter().filter(|law| has_width(law)).count();
@@ -152,7 +151,7 @@ impl Work<'_> {
         seeds.len() * (of(Role::Desired, "") + of(Role::Own, "") + laws) + search
     }
 
-    /// The law that the bench picks from what it believes of the machine; none where nobody asks.
+    /// The law that the bench selects from its model of the machine; none if no law `auto` is requested.
     fn picked(&mut self, group: &Group, cell: &Cell) -> Result<Option<Pick>, Error> {
         if !group.laws.iter().any(|law| law == AUTO) {
             return Ok(None);
@@ -181,7 +180,7 @@ impl Work<'_> {
         let cell = TestBed::find(&group.preset)?.cell(group.wheel, group.rate, group.mismatch);
         let picked = self.picked(group, &cell)?;
         let auto = picked.as_ref().map_or("", |pick| pick.name);
-        // What is found in common is counted as done.
+        // Shared runs count as done.
         self.done.store(before, Ordering::Relaxed);
         let wheel = if group.wheel { "with wheel" } else { "without wheel" };
         let stage = format!("{} {wheel}, {:.0} kHz, {}", group.preset, group.rate / 1000.0, group.mismatch.name);
@@ -193,7 +192,7 @@ impl Work<'_> {
             Runs::counted(cell, role, &scenarios, seeds, *threads, &done)
         };
         let truth = machine(&cell, Role::Desired);
-        // Neither wheel nor law nor own friction is a part of A.
+        // A does not depend on wheel, law or own friction.
         let a = match self.desired.take() {
             Some((last, machine, runs)) if (&last.preset, last.rate, machine) == (&group.preset, group.rate, truth) => {
                 runs
@@ -241,10 +240,10 @@ impl Work<'_> {
     }
 }
 
-/// The scenarios that are shown.
+/// Scenarios of the examples.
 const SHOWN: [Scenario; 2] = [Scenario::SINE_2HZ, Scenario::HUNTING];
 
-/// What is shown of A and A0.
+/// Examples of A and A0.
 fn shown(group: &Group, a: &Runs, a0: &Runs) -> Vec<Example> {
     let of = |scenario| {
         let (a, a0) = (a.of(scenario).first()?.clone(), a0.of(scenario).first()?.clone());

@@ -1,4 +1,4 @@
-//! The test beds that are compared, with and without their friction wheel.
+//! Test beds, with and without their friction wheel.
 
 use stickslip_core::friction::{Model, Stribeck};
 use stickslip_core::plant::Plant;
@@ -9,7 +9,8 @@ use super::{Cell, Mismatch, sliding_mut};
 use stickslip_base::parameters::presets;
 use stickslip_base::{Error, Preset};
 
-/// Friction of the preset `prototype` without its wheel: there the wheel belongs to the one friction of the load side.
+/// Friction of the preset `prototype` without its wheel: in the preset, the wheel is part of the single friction of the
+/// load side.
 const PROTOTYPE_RELEASED: (&str, [f64; 4]) = ("prototype", [0.20, 0.12, 1.5, 2e-3]);
 
 /// A preset that is set up with and without its friction wheel.
@@ -33,14 +34,14 @@ impl TestBed {
         Ok(TestBed { name: name_or_path.into(), preset })
     }
 
-    /// Whether there is a wheel that can be released.
+    /// Whether the bed has a wheel that can be released.
     pub fn has_wheel(&self) -> bool {
         self.preset.plant.wheel.preload > 0.0 || self.name == PROTOTYPE_RELEASED.0
     }
 
-    /// The bench at rest at angle 0, its wheel pressed on as the preset says or released, at this tick rate [Hz], the
-    /// position controller at 1 kHz. The software believes the friction that the machine then has, but not the mismatch.
-    /// Nothing is rendered yet.
+    /// The bench at rest at angle 0, its wheel pressed on as in the preset or released, at this tick rate [Hz], the
+    /// position controller at 1 kHz. The model has the friction of the machine, but not the mismatch. Nothing is
+    /// rendered yet.
     pub fn cell(&self, wheel: bool, tick_rate: f64, mismatch: Mismatch) -> Cell {
         let mut preset = self.preset;
         preset.plant.start_angle = 0.0;
@@ -53,7 +54,7 @@ impl TestBed {
         Cell { preset, desired, mismatch, law: Law::Off, correct: Some(correction) }
     }
 
-    /// Takes the friction wheel off, and the belief follows.
+    /// Releases the friction wheel in the machine and in the model.
     fn release(&self, preset: &mut Preset<f64>) {
         let Plant { wheel, screw_friction, .. } = &mut preset.plant;
         let Some(sliding) = sliding_mut(screw_friction) else { return };

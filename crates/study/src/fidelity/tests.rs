@@ -1,4 +1,4 @@
-//! The judge is judged: what must be 0 is 0, what must be 1 is 1, and each verdict is provoked.
+//! Tests of the comparison: values that must be 0 are 0, values that must be 1 are 1, and each verdict is provoked.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,7 +27,7 @@ fn runs(cell: &Cell, role: Role, scenarios: &[Scenario], seeds: &[u64]) -> Runs 
 }
 
 #[test]
-fn a_machine_differs_from_itself_by_nothing_and_from_one_without_rendering_by_all() {
+fn a_machine_differs_from_itself_by_0_and_from_one_without_rendering_by_1() {
     let cell = cell(true, Mismatch::PERFECT);
     let scenarios = [Scenario::SINE_2HZ, Scenario::PRESLIDING];
     let [a, a0, b] = [Role::Desired, Role::Own, Role::Rendered].map(|role| runs(&cell, role, &scenarios, &[1, 2]));
@@ -57,7 +57,7 @@ fn with_the_desired_friction_the_controller_hunts_with_the_own_one_it_does_not()
 fn a_law_that_runs_away_is_not_stable_and_has_no_difference() {
     let mut cell = cell(false, Mismatch::PERFECT);
     cell.preset.bench.safety.speed = 100.0;
-    // It believes in twenty times the friction, and pushes the load along as soon as it breaks away.
+    // It assumes twenty times the friction, and pushes the load along as soon as it breaks away.
     cell.preset.model.own.kinetic_torque *= 20.0;
     cell.preset.model.own.breakaway_torque *= 20.0;
     let bench = &cell.preset;
@@ -70,7 +70,7 @@ fn a_law_that_runs_away_is_not_stable_and_has_no_difference() {
 }
 
 #[test]
-fn what_leaves_its_place_has_no_presliding_loop() {
+fn a_load_that_breaks_away_has_no_presliding_loop() {
     // Without the wheel the machine breaks away at 0.2 N m, the cycles have 0.405.
     let cell = cell(false, Mismatch::PERFECT);
     let scenarios = [Scenario::PRESLIDING, Scenario::BREAKAWAY];
@@ -92,8 +92,8 @@ fn trace(angle: impl Fn(f64) -> f64, reference: impl Fn(f64) -> f64) -> Trace {
 }
 
 #[test]
-fn a_limit_cycle_has_the_size_and_the_time_that_it_was_given() {
-    // Every 0.5 s it catches up 50 mrad within 50 ms.
+fn a_limit_cycle_has_the_amplitude_and_interval_of_its_trace() {
+    // Every 0.5 s it moves 50 mrad within 50 ms.
     let stairs = |time: f64| 0.05 * ((time / 0.5).floor() + (((time / 0.5).fract() - 0.9) / 0.1).max(0.0));
     let cycle = LimitCycle::find(&trace(stairs, |time| 0.1 * time), 1.0);
     assert!((cycle.interval - 0.5).abs() < 1e-9 && cycle.breakaways == 18, "{cycle:?}");
@@ -119,14 +119,18 @@ fn every_mismatch_changes_the_machine_and_only_perfect_changes_nothing() {
                 [mismatch.name != "perfect" && !of_own_friction, mismatch.name != "perfect"],
                 "{mismatch:?}"
             );
-            assert_eq!(cell.preset, nominal.preset, "the belief stays");
-            assert_eq!(Mismatch::find(mismatch.name).map(|found| found.name), Some(mismatch.name), "names are unique");
+            assert_eq!(cell.preset, nominal.preset, "the model stays");
+            assert_eq!(
+                Mismatch::find(mismatch.name).map(|mismatch| mismatch.name),
+                Some(mismatch.name),
+                "names are unique"
+            );
         }
     }
 }
 
 #[test]
-fn ticks_that_wander_and_a_gap_show_in_every_machine_and_a_seed_gives_the_same_again() {
+fn jitter_and_backlash_change_every_machine_and_a_seed_repeats_them() {
     let trace = |mismatch: &str, role, seed| {
         let cell = cell(true, Mismatch::find(mismatch).unwrap());
         runs(&cell, role, &[Scenario::PRESLIDING], &[seed]).traces[0][0].clone()
@@ -136,7 +140,7 @@ fn ticks_that_wander_and_a_gap_show_in_every_machine_and_a_seed_gives_the_same_a
         assert!(jitter != without && backlash != without);
         assert!(jitter == trace("jitter", role, 1) && jitter != trace("jitter", role, 2));
     }
-    // Friction holds what the drive pushes with; what holds the gap open is no friction.
+    // Friction balances the drive torque; the torque that keeps the gap open is not friction.
     let [tight, slack] = ["perfect", "backlash"].map(|mismatch| trace(mismatch, Role::Own, 1).resisting_torque);
     let peak = |torque: &[f64]| torque.iter().fold(0.0, |most: f64, torque| most.max(torque.abs()));
     assert!(
@@ -148,7 +152,7 @@ fn ticks_that_wander_and_a_gap_show_in_every_machine_and_a_seed_gives_the_same_a
 }
 
 #[test]
-fn a_machine_that_truly_has_the_desired_friction_is_on_its_curve() {
+fn a_machine_with_the_desired_friction_is_on_its_curve() {
     let cell = cell(true, Mismatch::PERFECT);
     let a = runs(&cell, Role::Desired, &[Scenario::CURVE], &[1]);
     let curve = scores(&a, &a, &a)[0];
@@ -157,18 +161,18 @@ fn a_machine_that_truly_has_the_desired_friction_is_on_its_curve() {
 }
 
 #[test]
-fn a_bench_that_measures_what_it_renders_mends_a_curve_that_its_model_has_wrong() {
+fn measuring_the_rendered_friction_corrects_an_error_of_the_model() {
     let mut cell = cell(true, Mismatch::find("gaussian").unwrap());
     cell.preset.bench.law = LawChoice::Bristle;
     cell.law = stickslip_simulate::rendering_law(&cell.preset.model, &cell.preset.bench).unwrap();
     let a = runs(&cell, Role::Desired, &[Scenario::CURVE], &[1]);
     let b = runs(&cell, Role::Rendered, &[Scenario::CURVE, Scenario::CURVE_CORRECTED], &[1]);
-    // A0 has no part in it. Measured: 1.6 and 0.06 % of M_S.
+    // A0 is not used. Measured: 1.6 and 0.06 % of M_S.
     let none = Runs { scenarios: Vec::new(), traces: Vec::new(), ..a.clone() };
     let [curve, corrected] = scores(&b, &a, &none)[..] else { panic!("two measures") };
     assert_eq!((curve.measure, corrected.measure), ("curve", "curve_corrected"));
     assert!(curve.difference > 0.01 && corrected.difference < 0.1 * curve.difference, "{curve:?} {corrected:?}");
-    assert_eq!(corrected.floor, curve.floor, "what renders nothing has nothing to correct");
+    assert_eq!(corrected.floor, curve.floor, "a machine without rendering has nothing to correct");
 }
 
 #[test]
@@ -187,7 +191,7 @@ fn a_law_that_cannot_be_measured_has_no_corrected_curve() {
 }
 
 #[test]
-fn the_curve_is_corrected_where_that_may_mend_something_and_where_it_is_asked_for() {
+fn the_curve_is_corrected_where_that_helps_and_where_it_is_requested() {
     let full = Selection::default().plan().unwrap();
     let corrected: Vec<_> = full.groups.iter().filter(|group| !group.corrected.is_empty()).collect();
     assert!(corrected.iter().all(|group| group.rate >= 4000.0 && group.corrected == ["paper", AUTO]));
@@ -206,7 +210,7 @@ fn the_curve_is_corrected_where_that_may_mend_something_and_where_it_is_asked_fo
 }
 
 #[test]
-fn without_its_wheel_a_bed_has_the_friction_that_it_believes() {
+fn without_its_wheel_a_bed_has_its_modelled_friction() {
     for name in ["prototype", "clm-bench"] {
         let bed = TestBed::find(name).unwrap();
         for wheel in [true, false] {
@@ -214,8 +218,8 @@ fn without_its_wheel_a_bed_has_the_friction_that_it_believes() {
             let truth = |speed: f64| stickslip_experiment::true_friction::own_friction(&cell.preset.plant, speed);
             for speed in [0.1, 1.0, 10.0] {
                 // The curve with the wheel of clm-bench is a fit of two contacts, within 0.2 % of M_S.
-                let believed = cell.preset.model.own.magnitude(speed);
-                assert!((truth(speed) - believed).abs() < 1e-3, "{name}, {wheel}, {speed}: {believed}");
+                let modelled = cell.preset.model.own.magnitude(speed);
+                assert!((truth(speed) - modelled).abs() < 1e-3, "{name}, {wheel}, {speed}: {modelled}");
             }
         }
         let breakaway = |wheel| bed.cell(wheel, 4000.0, Mismatch::PERFECT).preset.model.own.breakaway_torque;
@@ -225,13 +229,13 @@ fn without_its_wheel_a_bed_has_the_friction_that_it_believes() {
 }
 
 #[test]
-fn the_number_of_threads_does_not_show() {
+fn results_do_not_depend_on_the_number_of_threads() {
     let cell = cell(true, Mismatch::REAL);
     let run = |threads| {
         let watch = Watch::silent();
         Runs::simulate(&cell, Role::Own, &[Scenario::SINE_2HZ, Scenario::BREAKAWAY], &[1, 2], threads, &watch).unwrap()
     };
-    // Not `assert_eq!`: nobody wants to read a trace.
+    // Not `assert_eq!`: its message would print the traces.
     let [one, three] = [run(1), run(3)];
     assert!(one.traces == three.traces, "the runs differ");
     assert!(one.traces[0][0] != one.traces[0][1], "another seed is another run");
@@ -294,7 +298,7 @@ fn cancelled_it_keeps_the_laws_that_were_finished() {
 }
 
 #[test]
-fn a_complete_run_says_so_and_shows_its_rows() {
+fn a_complete_run_is_marked_and_has_all_rows() {
     let outcome = run_plan(&small(), &Watch::silent()).unwrap();
     assert!(outcome.complete);
     let [(title, table)] = &outcome.tables()[..] else { panic!("one machine") };
@@ -324,7 +328,7 @@ fn the_paper_s_law_gets_the_fade_out_that_suits_the_bench_best() {
 }
 
 #[test]
-fn a_selection_takes_its_part_of_the_benchmark() {
+fn a_selection_is_a_part_of_the_benchmark() {
     let full = Selection::default().plan().unwrap();
     assert_eq!((full.seeds.len(), full.scenarios.len()), (10, SCENARIOS.len()));
     assert!(full.groups.iter().any(|group| group.rate == 1000.0 && group.laws.len() > 7));
@@ -334,7 +338,7 @@ fn a_selection_takes_its_part_of_the_benchmark() {
     let fast =
         Selection { quick: true, rates: vec![10_000.0], wheel: Some(false), ..Selection::default() }.plan().unwrap();
     assert!(fast.groups.len() == 1 && !fast.groups[0].wheel);
-    // Not part of the quick benchmark, but asked for by name.
+    // Not part of the quick benchmark, but requested by name.
     let other =
         Selection { quick: true, mismatches: vec!["kt+2%".into()], rates: vec![2000.0], ..Selection::default() };
     let other = other.plan().unwrap();
@@ -342,7 +346,7 @@ fn a_selection_takes_its_part_of_the_benchmark() {
 }
 
 #[test]
-fn a_name_that_is_none_is_told_with_those_that_are() {
+fn an_unknown_name_is_reported_with_the_known_ones() {
     let message = |selection: Selection| selection.plan().unwrap_err().to_string();
     let law = message(Selection { laws: vec!["newton".into()], ..Selection::default() });
     assert_eq!(
@@ -375,7 +379,7 @@ fn with_arm(bed: &str, rate: f64) -> Cell {
 }
 
 #[test]
-fn a_rendered_arm_is_hardly_told_from_one_that_is_carried() {
+fn a_rendered_arm_differs_little_from_a_mounted_one() {
     let cell = with_arm("prototype", 4000.0);
     let (scenarios, seeds) = ([Scenario::SINE_2HZ, Scenario::POINT_TO_POINT], [1, 2]);
     let [carried, without] = [Role::Desired, Role::Own].map(|role| runs(&cell, role, &scenarios, &seeds));
@@ -389,7 +393,7 @@ fn a_rendered_arm_is_hardly_told_from_one_that_is_carried() {
         let difference = judged(&cell, measure);
         assert!(difference <= bound, "{measure}: {difference}");
     }
-    // Another arm is told from it, by the carriage and by its own twist.
+    // Another arm differs from it, by the carriage and by its own twist.
     let mut lighter = cell.clone();
     let mut softer = cell;
     if let (Arm::Elastic(a), Arm::Elastic(b)) = (&mut lighter.preset.bench.arm, &mut softer.preset.bench.arm) {
@@ -400,14 +404,14 @@ fn a_rendered_arm_is_hardly_told_from_one_that_is_carried() {
     assert!(judged(&softer, "sine_2hz_arm") > 0.04);
 }
 
-/// Three seconds of a position that is held, with a short knock [N m] after the first: machine and software of a role,
-/// the software changed; `seen` gets each tick after the knock.
-fn knocked(
+/// Three seconds at a constant set-point, with a short torque pulse [N m] after the first: machine and software of a
+/// role, the software changed; `observe` gets each tick after the pulse.
+fn pulse_response(
     cell: &Cell,
     role: Role,
     torque: f64,
     change: impl FnOnce(&mut Tick<f64>),
-    mut seen: impl FnMut(&FastBench, &TickOutput<f64>),
+    mut observe: impl FnMut(&FastBench, &TickOutput<f64>),
 ) {
     let settings = &cell.preset.bench;
     let mut tick = design::software(&cell.preset.model, settings).unwrap();
@@ -419,13 +423,13 @@ fn knocked(
         let order = Order { control: 1.0, render: 1.0, added_torque: torque * knock, ..Order::default() };
         let output = bench.tick(order);
         if cycle >= second + second / 100 {
-            seen(&bench, &output);
+            observe(&bench, &output);
         }
     }
 }
 
-/// Root mean square of the load motor's torque [N m] over a second at rest, which a short knock has left, with an arm of
-/// this rigid inertia rendered, whether the bench admits it or not.
+/// Root mean square of the load motor's torque [N m] over a second at rest, after a short torque pulse, with a rendered
+/// arm of this rigid inertia, whether the bench admits it or not.
 fn torque_after_a_knock(cell: &Cell, rigid_inertia: f64) -> f64 {
     let mut squares = Vec::new();
     let heavy = |tick: &mut Tick<f64>| {
@@ -433,13 +437,13 @@ fn torque_after_a_knock(cell: &Cell, rigid_inertia: f64) -> f64 {
             arm.arm.rigid_inertia = rigid_inertia;
         }
     };
-    knocked(cell, Role::Rendered, 0.3, heavy, |_, output| squares.push(output.difference_torque.powi(2)));
+    pulse_response(cell, Role::Rendered, 0.3, heavy, |_, output| squares.push(output.difference_torque.powi(2)));
     let last_second = squares.len() - cell.preset.bench.tick_rate as usize;
     libm::sqrt(mean(squares[last_second..].iter().copied()))
 }
 
-/// Frequency [Hz] and damping ratio of an oscillation that dies out, sampled with a period [s]: from its crossings of zero,
-/// and from how its extremes between them fall.
+/// Frequency [Hz] and damping ratio of a decaying oscillation, sampled with a period [s]: from its zero crossings, and
+/// from the decay of the extremes between them.
 fn mode(course: &[f64], period: f64) -> (f64, f64) {
     let crossings: Vec<f64> = (1..course.len())
         .filter(|&k| (course[k - 1] < 0.0) != (course[k] < 0.0))
@@ -457,7 +461,7 @@ fn mode(course: &[f64], period: f64) -> (f64, f64) {
 }
 
 #[test]
-fn the_mode_of_a_rendered_arm_has_the_frequency_and_the_damping_of_one_that_is_carried() {
+fn the_mode_of_a_rendered_arm_has_the_frequency_and_damping_of_a_mounted_one() {
     let dying: Vec<f64> =
         (0..4000).map(|k| f64::from(k) * 1e-3).map(|t| libm::exp(-0.01 * 62.8 * t) * libm::sin(62.8 * t)).collect();
     let (hertz, damping) = mode(&dying, 1e-3);
@@ -473,10 +477,10 @@ fn the_mode_of_a_rendered_arm_has_the_frequency_and_the_damping_of_one_that_is_c
                     tick.arm = RenderedArm::Nothing;
                 }
             };
-            knocked(&cell, role, 2.0, change, |bench, _| {
+            pulse_response(&cell, role, 2.0, change, |bench, _| {
                 let truth = bench.truth();
-                let (asked, carried) = (truth.tick.arm.twist, truth.plant.machine.arm_twist);
-                course.push(if role == Role::Rendered { asked } else { carried });
+                let (model, mounted) = (truth.tick.arm.twist, truth.plant.machine.arm_twist);
+                course.push(if role == Role::Rendered { model } else { mounted });
             });
             // Once the carriage rests again.
             mode(&course[(0.5 * rate) as usize..], 1.0 / rate)
@@ -487,7 +491,7 @@ fn the_mode_of_a_rendered_arm_has_the_frequency_and_the_damping_of_one_that_is_c
 }
 
 #[test]
-fn the_limit_of_a_rendered_inertia_is_the_one_at_which_the_machine_begins_to_oscillate() {
+fn the_limit_of_a_rendered_inertia_is_the_onset_of_oscillation() {
     for bed in ["prototype", "clm-bench"] {
         let mut cell = with_arm(bed, 4000.0);
         // Its noise would hide the onset.
@@ -513,11 +517,11 @@ fn after_moves(trace: &Trace) -> (f64, f64) {
 }
 
 #[test]
-fn an_arm_is_damped_by_decentralised_observers_carried_or_rendered_with_compensation_of_friction_and_without() {
-    let rest = |knows: bool, compensates: bool, role: Role| {
+fn decentralised_observers_damp_a_mounted_or_rendered_arm_with_and_without_friction_compensation() {
+    let rest = |has_model: bool, compensates: bool, role: Role| {
         let mut cell = with_arm("prototype", 4000.0);
         let Arm::Elastic(believed) = cell.preset.bench.arm else { panic!("there is an arm") };
-        let arm = if knows {
+        let arm = if has_model {
             DampedArm::Elastic(ArmDamping { believed, ..ArmDamping::default() })
         } else {
             DampedArm::Nothing
@@ -533,8 +537,8 @@ fn an_arm_is_damped_by_decentralised_observers_carried_or_rendered_with_compensa
     };
     for compensates in [false, true] {
         let [carried, rendered] = [Role::Desired, Role::Rendered].map(|role| rest(true, compensates, role));
-        let unaware = rest(false, compensates, Role::Desired);
-        assert!(carried.0 < 0.5 * unaware.0, "{compensates}: {carried:?} {unaware:?}");
+        let undamped = rest(false, compensates, Role::Desired);
+        assert!(carried.0 < 0.5 * undamped.0, "{compensates}: {carried:?} {undamped:?}");
         assert!((rendered.0 / carried.0 - 1.0).abs() < 0.1, "{compensates}: {carried:?} {rendered:?}");
     }
 }
