@@ -92,8 +92,8 @@ impl VirtualBench {
         Self::over(&preset.model, &preset.bench, machine, readings)
     }
 
-    /// The virtual machine as it truly is. Nothing that measures may ask for it.
-    pub fn truth(&self) -> &Plant<f64> {
+    /// The true parameters of the virtual machine. Measuring code must not use them.
+    pub fn true_plant(&self) -> &Plant<f64> {
         &self.machine.machine.parts.plant
     }
 }

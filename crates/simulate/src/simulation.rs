@@ -143,7 +143,7 @@ pub fn simulate<E: From<Error>>(
                 order.added_torque = brought.torque(cycle, divider, read)?;
             }
         }
-        let truth = bench.truth().plant.machine;
+        let truth = bench.true_state().plant.machine;
         stopped = beyond_limits(preset, time, order.reference.position - truth.angle, truth.velocity);
         if stopped.is_some() {
             break;
@@ -183,10 +183,10 @@ impl DelayedTorque {
 
 /// What a controller reads at the begin of a tick: what the one in the tick would.
 pub fn sample(tick: &Tick<f64>, bench: &FastBench, time: f64, reference: Setpoint<f64>) -> Sample {
-    let read = &bench.truth().measurement;
+    let read = &bench.true_state().measurement;
     let reading = EncoderReading { count: read.count, index: read.index, latch: read.latch };
     // The tick will decode the same readings from the same state.
-    let mut decoder = bench.truth().tick.decoder;
+    let mut decoder = bench.true_state().tick.decoder;
     let measured_angle = tick.decoder.step(&mut decoder, reading, 0.0).angle;
     Sample { time, reference, measured_angle, measured_velocity: read.tacho_voltage / tick.scaling.tacho }
 }

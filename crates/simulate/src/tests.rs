@@ -41,9 +41,9 @@ fn a_virtual_bench_keeps_the_speed_that_it_is_told_and_the_loop_is_that_of_the_s
             let mut order = Order { control: 1.0, ..Order::default() };
             order.reference.position = if cycle < 400 { 0.0 } else { 3.0 };
             bench.tick(order);
-            fastest = fastest.max(bench.truth().plant.machine.velocity.abs());
+            fastest = fastest.max(bench.true_state().plant.machine.velocity.abs());
         }
-        (fastest, bench.truth().plant.machine.angle)
+        (fastest, bench.true_state().plant.machine.angle)
     };
     let (seeing, there) = fastest(ControllerChoice::Predictive(choice));
     let (blind, _) = fastest(ControllerChoice::StateFeedback(choice.feedback));

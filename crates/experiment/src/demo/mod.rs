@@ -76,7 +76,7 @@ impl Demo {
         let rendering = render(&plan, &desired, &mut bench, watch)?;
         watch.check()?;
 
-        let truth = true_friction::own_curve(bench.truth(), &plan)?;
+        let truth = true_friction::own_curve(bench.true_plant(), &plan)?;
         Ok(Demo {
             preset: *preset,
             seed,
@@ -85,7 +85,7 @@ impl Demo {
             pressed,
             preload,
             own,
-            truth_residual: true_friction::distance(bench.truth(), &truth.curve(), &plan),
+            truth_residual: true_friction::distance(bench.true_plant(), &truth.curve(), &plan),
             truth,
             bench_time: rendering.sweep.last().map_or(0.0, |frame| frame.cycle as f64 * preset.bench.tick_time()),
             rendering,

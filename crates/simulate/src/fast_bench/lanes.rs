@@ -63,7 +63,7 @@ impl LaneNumber for Wide {
 impl FastBench {
     /// Machines side by side, each [`beside`](FastBench::beside) the first; lanes that are left repeat the last. `None`
     /// where there is no machine, or where there are more than lanes.
-    pub fn abreast(machines: &[FastBench]) -> Option<FastBench<Wide>> {
+    pub fn in_lanes(machines: &[FastBench]) -> Option<FastBench<Wide>> {
         let (first, last) = (machines.first()?, machines.last()?);
         if machines.len() > LANES {
             return None;

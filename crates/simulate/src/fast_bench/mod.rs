@@ -66,7 +66,7 @@ impl<T: LaneNumber> FastBench<T> {
     }
 
     /// Everything that is true.
-    pub fn truth(&self) -> &BenchState<T> {
+    pub fn true_state(&self) -> &BenchState<T> {
         &self.state
     }
 }

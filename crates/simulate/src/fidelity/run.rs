@@ -63,12 +63,12 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     for cycle in 0..cycles {
         let order = order(&course.drive, &mut setpoints, cycle.checked_sub(rest).map(|cycle| cycle as f64 * dt));
         // What the software knows of an arm after a tick is of its begin; without an arm there is no twist.
-        let carried = if plant.arm == Arm::Nothing { 0.0 } else { bench.truth().plant.machine.arm_twist };
+        let carried = if plant.arm == Arm::Nothing { 0.0 } else { bench.true_state().plant.machine.arm_twist };
         let output = bench.tick(order);
         if (cycle + 1) % divider != 0 {
             continue;
         }
-        let truth = bench.truth();
+        let truth = bench.true_state();
         let parts = &truth.plant.machine;
         let expected = match tick.law {
             Law::Bristle(_) | Law::Admittance(_) => truth.tick.law.observer.drive.velocity,

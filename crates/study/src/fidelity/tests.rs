@@ -474,7 +474,7 @@ fn the_mode_of_a_rendered_arm_has_the_frequency_and_the_damping_of_one_that_is_c
                 }
             };
             knocked(&cell, role, 2.0, change, |bench, _| {
-                let truth = bench.truth();
+                let truth = bench.true_state();
                 let (asked, carried) = (truth.tick.arm.twist, truth.plant.machine.arm_twist);
                 course.push(if role == Role::Rendered { asked } else { carried });
             });
