@@ -173,7 +173,8 @@ impl Breakaway {
         let mut warnings = Vec::new();
         let stuck = self.ramps.iter().filter(|ramp| ramp.torque.is_none()).count();
         if stuck > 0 {
-            warnings.push(format!("No breakaway in {stuck} of {} ramps: increase the largest torque.", self.ramps.len()));
+            warnings
+                .push(format!("No breakaway in {stuck} of {} ramps: increase the largest torque.", self.ramps.len()));
         }
         if let Some(mean) = self.mean_torque().filter(|mean| self.lag > 0.05 * mean.torque) {
             let share = 100.0 * self.lag / mean.torque;

@@ -111,7 +111,11 @@ mod tests {
         for i in 0..4 {
             let measured = after.standard_errors[i] / fit.standard_errors[i];
             // The gradient moves with the parameters, by a few tenths of their errors here.
-            assert!((measured / addition.shrinks_to[i] - 1.0).abs() < 0.25, "{i}: {measured} for {}", addition.shrinks_to[i]);
+            assert!(
+                (measured / addition.shrinks_to[i] - 1.0).abs() < 0.25,
+                "{i}: {measured} for {}",
+                addition.shrinks_to[i]
+            );
         }
     }
 

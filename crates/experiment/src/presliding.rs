@@ -119,7 +119,8 @@ impl Presliding {
 
     /// The estimates, each with its name.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
-        let estimates = [("bristle stiffness", self.stiffness, "N m/rad"), ("bristle damping", self.damping, "N m s/rad")];
+        let estimates =
+            [("bristle stiffness", self.stiffness, "N m/rad"), ("bristle damping", self.damping, "N m s/rad")];
         estimates.into_iter().filter_map(|(name, estimate, unit)| {
             let (value, [low, high]) = estimate?;
             Some((name, Estimate::new(value, unit).with_half_width(0.5 * (high - low))))

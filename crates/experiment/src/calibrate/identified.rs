@@ -135,7 +135,9 @@ pub(super) fn remedy(key: &str) -> &'static str {
         }
         "accelerometer_frequency" | "accelerometer_damping" => "Excite up to higher frequencies.",
         "coupling_damping" | "coupling_stiffness" => "Excite the drive's resonance more: a larger acceleration.",
-        "viscous_friction" | "sliding_slope" => "Increase the swing of the speed, or measure friction at higher speeds.",
+        "viscous_friction" | "sliding_slope" => {
+            "Increase the swing of the speed, or measure friction at higher speeds."
+        }
         _ => "Record longer, or with a larger acceleration.",
     }
 }

@@ -70,8 +70,7 @@ pub fn calibratable(model: &Model<f64>) -> Result<(), Error> {
     let value = model.load_motor.torque_constant;
     if value < minimum {
         let (name, unit) = ("the torque constant of the load motor", "N m/A");
-        let remedy =
-            "A calibration requires a load motor as the reference of all torques; without one, identify the axis from a recording.";
+        let remedy = "All torques are referred to the load motor; without one, identify the axis from a recording.";
         return Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy });
     }
     Ok(())

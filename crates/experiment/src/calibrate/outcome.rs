@@ -181,7 +181,9 @@ fn traces(solution: &Solution) -> Vec<Trace> {
             let points = pieces.first().map_or_else(Vec::new, |(segment, residual)| {
                 let shown = segment.samples.iter().zip(residual).enumerate().skip(LEAD_IN).take(points_shown);
                 shown
-                    .map(|(k, (sample, residual))| [k as f64 * dt, sample.measured[c], sample.measured[c] - residual[c]])
+                    .map(|(k, (sample, residual))| {
+                        [k as f64 * dt, sample.measured[c], sample.measured[c] - residual[c]]
+                    })
                     .collect()
             });
             Trace { channel, unit, points, rms }

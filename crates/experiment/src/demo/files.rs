@@ -73,8 +73,8 @@ impl Demo {
             .section(rendered)
             .section(load_torque)
             .section(sweep);
-        let mut dropped = Table::new(["measurement", "velocity, rad/s", "reason"])
-            .caption("Plateaus excluded from fits and errors.");
+        let mut dropped =
+            Table::new(["measurement", "velocity, rad/s", "reason"]).caption("Plateaus excluded from fits and errors.");
         let mut any = false;
         for (name, curve) in self.curves() {
             for plateau in curve.dropped() {

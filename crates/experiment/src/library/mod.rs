@@ -108,7 +108,11 @@ pub fn find(name_or_path: &str) -> Result<Entry, Error> {
     }
     if !name_or_path.ends_with(".toml") {
         let names = names().collect();
-        return Err(Error::NothingToCompare { what: "friction of the library", name: name_or_path.into(), known: names });
+        return Err(Error::NothingToCompare {
+            what: "friction of the library",
+            name: name_or_path.into(),
+            known: names,
+        });
     }
     let path = Path::new(name_or_path);
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
@@ -127,7 +131,9 @@ fn read(name: &str, text: &str, file: &str) -> Result<Entry, Error> {
         describe::<Identified<f64>>(path)?;
     }
     if let Some((path, deviation)) = about.deviations.iter().find(|(_, it)| !(it.is_finite() && **it >= 0.0)) {
-        return Err(broken(format!("the deviation of {path} is {deviation}; a number of at least 0 is required")).into());
+        return Err(
+            broken(format!("the deviation of {path} is {deviation}; a number of at least 0 is required")).into()
+        );
     }
     let identified = parameters::read(&without_about(text), file)?;
     Ok(Entry { name: name.into(), about, identified })
@@ -290,10 +296,7 @@ impl Entry {
         }
         if !matches!((rest, temperature), (Rest::Constant, Temperature::Constant)) {
             let reason = "the load motor cannot render a dependence on the time at rest or on the temperature";
-            return refused(
-                reason,
-                "Use it as own friction (--as own), or leave out its tables rest and temperature.",
-            );
+            return refused(reason, "Use it as own friction (--as own), or leave out its tables rest and temperature.");
         }
         Ok(())
     }

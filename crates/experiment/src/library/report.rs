@@ -115,8 +115,7 @@ impl Entry {
                 .x(Axis::new("angle φ", "mrad"))
                 .y(Axis::new("friction torque", "N m"))
                 .series(Series::line(Role::Own, self.name.clone(), points));
-            let caption =
-                "Slow motion from rest to 1.5 times the deflection at breakaway, back and forth.";
+            let caption = "Slow motion from rest to 1.5 times the deflection at breakaway, back and forth.";
             figures.push(("presliding.svg", loops, caption.into()));
         }
         figures

@@ -279,9 +279,8 @@ impl Loaded {
         remarks.extend(self.clocked.iter().flat_map(TimingReport::warnings));
         match &self.fault {
             Some(fault) => remarks.push(format!("The bench stopped: {fault}")),
-            None => {
-                remarks.extend(self.external.said().map(|message| format!("Its message: {}.", message.trim_end_matches('.'))))
-            }
+            None => remarks
+                .extend(self.external.said().map(|message| format!("Its message: {}.", message.trim_end_matches('.')))),
         }
         remarks
     }
@@ -300,7 +299,7 @@ impl Loaded {
         let apart = |step: &f64| (period / step - (period / step).round()).abs() > 1e-6 || *step > 1.5 * period;
         let steps = step
             .filter(apart)
-            .map_or(String::new(), |step| format!(" It is designed for steps of {step} s; the sample time is {period} s."));
+            .map_or(String::new(), |step| format!(" Designed for steps of {step} s; sample time {period} s."));
         format!("{kind}{tool}: {}.{steps}", signals.join(", "))
     }
 
@@ -316,8 +315,8 @@ impl Loaded {
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("load");
         match &self.task {
-             manoeuvres.tell(=>Task::Manoeuvres(manoeuvres) => manoeuvres.add_to(=> manoeuvres.tell(&mut summary),
-             rendered.tell(=>Task::Friction(rendered) => rendered.add_to(=> rendered.tell(&self.preset, &mut summary),
+            Task::Manoeuvres(manoeuvres) => manoeuvres.add_to(&mut summary),
+            Task::Friction(rendered) => rendered.add_to(&self.preset, &mut summary),
         }
         let (calls, late) = self.durations;
         for (name, time) in [("p50", calls.p50), ("p99", calls.p99), ("largest", calls.max)] {
@@ -372,9 +371,9 @@ impl Loaded {
             .into_iter()
             .fold(report, |report, (_, figure, caption)| report.figure(figure, caption));
         let report = report.heading("Loaded code and its timing").list(self.remarks());
-        self.clocked.iter().fold(report, |report, clocked| {
-            report.table(clocked.table().caption("Timing of all cycles."))
-        })
+        self.clocked
+            .iter()
+            .fold(report, |report, clocked| report.table(clocked.table().caption("Timing of all cycles.")))
     }
 
     /// Summary, in one or two sentences.

@@ -101,8 +101,8 @@ impl Rendered {
         let mut heads = vec!["velocity", "measured", self.expected_name(), "deviation"];
         heads.extend(law.then_some("deviation, preset's law"));
         let caption = if law {
-            "Friction measured under the loaded law, the desired friction, and the deviation; for comparison the deviation under \
-             the preset's law."
+            "Friction measured under the loaded law, the desired friction, and the deviation; for comparison the \
+             deviation under the preset's law."
         } else {
             "Friction measured under the loaded friction, and that of the file alone at constant velocity."
         };
@@ -139,7 +139,11 @@ impl Rendered {
         for (source, curve) in [("rendered", &self.loaded), ("own", &self.own)] {
             let Some(curve) = curve else { continue };
             let Deviation { rms, largest, .. } = self.deviation(curve, preset);
-            summary.result(&format!("{source}.rms"), rms, "N m").result(&format!("{source}.largest"), largest.abs(), "N m");
+            summary.result(&format!("{source}.rms"), rms, "N m").result(
+                &format!("{source}.largest"),
+                largest.abs(),
+                "N m",
+            );
             summary.result(&format!("{source}.plateaus"), curve.kept().count() as f64, "1");
             summary.result(&format!("{source}.dropped_plateaus"), curve.dropped().count() as f64, "1");
             for plateau in &curve.plateaus {

@@ -169,12 +169,7 @@ pub(super) fn evaluate(
     let (periods, broken) = whole(ticks, length);
     if periods.len() < 2 {
         let remedy = "Use more periods (plan.periods), shorter ones (plan.period), or a slower tick.";
-        return Err(Error::TooFew {
-            what: "periods without a missed tick",
-            found: periods.len(),
-            needed: 2,
-            remedy,
-        });
+        return Err(Error::TooFew { what: "periods without a missed tick", found: periods.len(), needed: 2, remedy });
     }
     let turn: Vec<Complex<f64>> = (0..length)
         .map(|k| {
@@ -225,7 +220,12 @@ pub(super) fn evaluate(
 }
 
 /// Gain, its interval and coherence from each period's excitation, torque and answer.
-fn answer(excited: &[Complex<f64>], torque: &[Complex<f64>], sensor: &[Complex<f64>], expected: Complex<f64>) -> Answer {
+fn answer(
+    excited: &[Complex<f64>],
+    torque: &[Complex<f64>],
+    sensor: &[Complex<f64>],
+    expected: Complex<f64>,
+) -> Answer {
     let count = sensor.len() as f64;
     let power = |values: &[Complex<f64>]| values.iter().map(Complex::norm_sqr).sum::<f64>() / count;
     let scale = libm::sqrt(power(excited));

@@ -86,7 +86,7 @@ impl ResponsePlan<f64> {
                 unit: "rad",
                 minimum: 0.0,
                 maximum: room.max(0.0),
-                remedy: "The stroke is too short: use a lower velocity (plan.velocity) or a shorter period (plan.period).",
+                remedy: "The stroke is too short: reduce plan.velocity or plan.period.",
             });
         }
         let periods = (room / each).floor().min(self.periods);

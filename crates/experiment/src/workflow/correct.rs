@@ -187,7 +187,7 @@ fn smooth(table: &CorrectionTable<f64>, missing: &[Missing]) -> [f64; CORRECTION
 /// Speeds of a correction by this plan, for a law that renders no torque up to a speed [rad/s].
 pub fn table(plan: &FrictionPlan<f64>, start: f64) -> CorrectionTable<f64> {
     let slowest = plan.speeds().find(|speed| *speed > start).unwrap_or(plan.fastest);
-    CorrectionTable { start, slowest, fastest: plan.fastest, ..CorrectionTable::default() }
+    CorrectionTable { begin: start, slowest, fastest: plan.fastest, ..CorrectionTable::default() }
 }
 
 /// Missing torque of a measured curve on each valid plateau above a speed [rad/s].

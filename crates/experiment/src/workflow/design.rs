@@ -189,7 +189,7 @@ impl Design {
         let rest = self.desired.breakaway_torque - self.own.breakaway_torque;
         if rest.abs() > 0.05 * self.desired.breakaway_torque {
             remarks.push(format!(
-                "At rest no torque is rendered: the breakaway torque deviates by {}. Adjust the friction wheel, or set M_S = {}.",
+                "At rest no torque is rendered: the breakaway torque is {} off. Adjust the friction wheel, or set M_S = {}.",
                 Estimate::new(rest.abs(), "N m"),
                 Estimate::new(self.own.breakaway_torque, "N m")
             ));

@@ -116,6 +116,7 @@ impl Experiment {
 
 /// The tables and figures of another report.
 fn added(report: Report, other: &Report) -> Report {
-    let sections = other.sections().iter().filter(|section| matches!(section, Section::Table(_) | Section::Figure { .. }));
+    let sections =
+        other.sections().iter().filter(|section| matches!(section, Section::Table(_) | Section::Figure { .. }));
     sections.cloned().fold(report, Report::section)
 }

@@ -197,9 +197,7 @@ impl FrictionFits {
     /// Reason for a missing parameter fragment: the bench has one rotary curve for both directions.
     fn no_fragment(&self) -> Option<&'static str> {
         match self.fits.as_slice() {
-            _ if self.axis == Axis::Linear => {
-                Some("a parameter file requires a rotary axis, and this axis is linear")
-            }
+            _ if self.axis == Axis::Linear => Some("a parameter file requires a rotary axis, and this axis is linear"),
             [one] if (0..4).any(|parameter| !one.fit.knows(parameter)) => {
                 Some("the points do not determine all four parameters; the notes name the missing measurements")
             }

@@ -55,9 +55,11 @@ impl HuntingRun {
                 "The describing function also predicts an oscillation, at {}: the loop is unstable for some damping.",
                 tied(&Estimate::new(at.amplitude, "rad/s"))
             ),
-            None => "The describing function predicts no hunting, as for every loop that is stable for any damping: it is not \
-             a reliable predictor."
-                .into(),
+            None => {
+                "The describing function predicts no hunting, as for every loop that is stable for any damping: it \
+                     is not a reliable predictor."
+                    .into()
+            }
         });
         remarks
     }

@@ -353,12 +353,7 @@ pub fn numbers(quality: &LoopQuality) -> Vec<(&'static str, &'static str, &'stat
         ("sensitivity_peak_at", "… at", "Hz", Some(margins.sensitivity.frequency / TAU)),
         ("complementary_peak", "peak of the complementary sensitivity M_t", "1", Some(margins.complementary.value)),
         ("gain_margin", "gain margin", "1", margins.gain.map(|gain| gain.value)),
-        (
-            "gain_reduction",
-            "lower gain margin",
-            "1",
-            Some(margins.gain_reduction.map_or(0.0, |gain| gain.value)),
-        ),
+        ("gain_reduction", "lower gain margin", "1", Some(margins.gain_reduction.map_or(0.0, |gain| gain.value))),
         ("phase_margin", "phase margin", "°", degrees),
         ("delay_margin", "delay margin", "s", margins.delay.map(|delay| delay.value)),
         ("crossover", "crossover", "Hz", margins.phase.map(|phase| phase.frequency / TAU)),

@@ -100,7 +100,7 @@ impl Outcome for Learned {
             .y(Axis::new("deviation, RMS", "mrad"))
             .series(Series::line(Role::Measured, "measured", points));
         let caption = format!(
-            "The deviation of the best repetition is {} times smaller than that of the first, with the controller alone.",
+            "Deviation of the best repetition {} times smaller than that of the first, with the controller alone.",
             number(self.factor(), 1)
         );
         (figure, caption)

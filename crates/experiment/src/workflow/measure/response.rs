@@ -85,11 +85,14 @@ impl Response {
     fn phase(&self, sensor: &Sensor) -> (Figure, String) {
         let all = unwrapped(self.lines.iter().map(|line| (sensor.answer)(line).expected), -90.0);
         let expected: Vec<(f64, f64)> = self.lines.iter().map(|line| line.frequency).zip(all).collect();
-        let model_phase = |at: f64| expected.iter().find(|(frequency, _)| *frequency == at).map_or(f64::NAN, |(_, p)| *p);
+        let model_phase =
+            |at: f64| expected.iter().find(|(frequency, _)| *frequency == at).map_or(f64::NAN, |(_, p)| *p);
         // On the same turn as the modelled phase, so that a gap does not hide a turn.
         let points: Vec<(f64, f64, f64)> = self
             .coherent(sensor)
-            .map(|(frequency, answer)| (frequency, model_phase(frequency) + answer.deviation()[1], answer.interval()[1]))
+            .map(|(frequency, answer)| {
+                (frequency, model_phase(frequency) + answer.deviation()[1], answer.interval()[1])
+            })
             .collect();
         let figure = Figure::new(format!("Commanded torque to {}, phase", sensor.quantity))
             .x(Axis::new("frequency", "Hz").stretched())
@@ -140,9 +143,8 @@ impl Outcome for Response {
     }
 
     fn table(&self) -> Table {
-        let table = Table::new(["", "coherent frequencies", "magnitude deviation", "phase deviation"]).caption(format!(
-            "Largest deviation from the modelled axis where the coherence is above {COHERENT}."
-        ));
+        let table = Table::new(["", "coherent frequencies", "magnitude deviation", "phase deviation"])
+            .caption(format!("Largest deviation from the modelled axis where the coherence is above {COHERENT}."));
         SENSORS.iter().fold(table, |table, sensor| {
             let ([magnitude, phase], count) = self.deviation(sensor.answer);
             table.row([
