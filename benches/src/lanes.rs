@@ -25,7 +25,7 @@ fn run<T: LaneNumber>(mut bench: FastBench<T>, rate: f64) -> f64 {
         order.reference.acceleration = T::of(setpoint.acceleration);
         bench.tick(order);
     }
-    bench.truth().plant.machine.angle.lane(0)
+    bench.true_state().plant.machine.angle.lane(0)
 }
 
 /// Simulated seconds per second on one core, in lanes and one after the other.
@@ -40,7 +40,7 @@ pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
             let tick = software(&preset.model, settings)?;
             benches.push(FastBench::new(&preset.plant, tick, settings, settings.divider(), round)?);
         }
-        let lanes = FastBench::abreast(&benches).ok_or("the number of benches is not the number of lanes")?;
+        let lanes = FastBench::in_lanes(&benches).ok_or("the number of benches is not the number of lanes")?;
         let start = Instant::now();
         let lane_angle = black_box(run(lanes, preset.bench.tick_rate));
         wide = wide.min(start.elapsed().as_secs_f64());

@@ -93,7 +93,7 @@ impl VirtualBench {
     }
 
     /// True parameters of the virtual machine. Measurements must not use them.
-    pub fn truth(&self) -> &Plant<f64> {
+    pub fn true_plant(&self) -> &Plant<f64> {
         &self.machine.machine.parts.plant
     }
 }

@@ -1,4 +1,4 @@
-//! The elastic arm that is rendered, prepared for the bench; how heavy it may be.
+//! The rendered elastic arm, prepared for the bench, and its largest inertia.
 
 use crate::DesignError;
 use std::f64::consts::TAU;
@@ -11,30 +11,31 @@ use super::margin::rigid_limit;
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
-/// Share of the slowest observer pole up to which the observed motion drives the mode: beyond it the observer lags too
-/// much, and the measured acceleration does better.
+/// Share of the slowest observer pole up to which the observed motion drives the mode: above it the observer lags too
+/// much, and the measured acceleration is better.
 const OBSERVED: f64 = 0.3;
-/// Share of the stability limit up to which an inertia is rendered: the whole bench began to oscillate at three quarters
-/// of the limit at worst, since the loop leaves its observer and its quantisation out.
+/// Share of the stability limit up to which an inertia is rendered: the whole bench oscillated from three quarters of
+/// the limit at worst, since the loop omits its observer and its quantisation.
 const ADMITTED: f64 = 0.7;
-/// Low-pass of the acceleration that a heavy arm's rigid part needs [Hz].
+/// Low-pass of the acceleration for the rigid part of a heavy arm [Hz].
 const LOW_PASS: f64 = 300.0;
 
-/// How much inertia that moves with the carriage can be rendered.
+/// Largest rendered inertia that moves with the carriage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmLimit {
-    /// Where the loop over accelerometer and load motor becomes unstable, the load stuck or sliding [kg m²].
+    /// Inertia at which the loop over accelerometer and load motor becomes unstable, with the load stuck or sliding [kg
+    /// m²].
     pub stability: f64,
-    /// Up to which it is rendered [kg m²].
+    /// Largest rendered inertia [kg m²].
     pub admitted: f64,
 }
 
-/// The arm of `settings.arm`, for what is believed of the machine. The observed motion drives its mode, or, where that is
-/// too fast for the observer, the measured acceleration. The acceleration of its rigid part passes a low-pass only where
-/// it is too heavy without.
+/// The arm of `settings.arm`, for the model of the machine. The observed motion drives its mode, or, if that is too
+/// fast for the observer, the measured acceleration. The acceleration of its rigid part passes a low-pass only if the
+/// part is too heavy without it.
 ///
 /// # Errors
-/// [`DesignError::ArmTooHeavy`]; what the design of observer and current control refuses.
+/// [`DesignError::ArmTooHeavy`]; errors of the design of observer and current control.
 pub fn arm_rendering(model: &Model<f64>, settings: &Settings<f64>) -> Result<RenderedArm<f64>, Error> {
     let Arm::Elastic(arm) = settings.arm else { return Ok(RenderedArm::Nothing) };
     let mut feasible = 0.0;
@@ -49,11 +50,10 @@ pub fn arm_rendering(model: &Model<f64>, settings: &Settings<f64>) -> Result<Ren
     Err(DesignError::ArmTooHeavy { rigid_inertia: arm.rigid_inertia, feasible }.into())
 }
 
-/// How much inertia can be rendered with the mode of this arm; `filtered`: with the low-pass that makes more of it
-/// possible.
+/// Largest inertia rendered with the mode of this arm; `filtered`: with the low-pass, which permits more.
 ///
 /// # Errors
-/// What the design of observer and current control refuses.
+/// Errors of the design of observer and current control.
 pub fn arm_limit(
     arm: &ElasticArm<f64>,
     filtered: bool,
@@ -64,7 +64,7 @@ pub fn arm_limit(
 }
 
 fn limit_of(rendering: &ArmRendering<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<ArmLimit, Error> {
-    // Sliding bristles have no stiffness, and a viscous friction would only help.
+    // Sliding bristles have no stiffness; viscous friction, which is left out, would add damping.
     let mut sliding = *model;
     sliding.own_bristles = Bristles { stiffness: 1e-3, damping: 0.0, ..model.own_bristles };
     sliding.own.viscous_friction = 0.0;

@@ -1,4 +1,4 @@
-//! Position control from what is stated of it and believed of the machine.
+//! Position control from its settings and the model of the machine.
 
 use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FrictionFeedforward, FrictionObserver,
@@ -12,13 +12,13 @@ use super::{linear_controller, predictive, state_feedback};
 use stickslip_base::Error;
 use stickslip_base::preset::{AssumedFriction, CompensationChoice, ControllerChoice, FilterChoice, Model, Settings};
 
-/// Speed below which an estimate of the curve rests [rad/s], however quiet the tacho is: there bristles are no curve.
+/// Least speed for an estimate of the curve [rad/s], for any noise of the tacho: below it the bristles act.
 const SLOWEST_LEARNT: f64 = 0.3;
 
-/// That speed per standard deviation of the velocity: a sign that is wrong once in a while spoils the estimate.
+/// This speed over the standard deviation of the velocity: occasional wrong signs would distort the estimate.
 const LEARNT_PER_NOISE: f64 = 10.0;
 
-/// Controller, compensation and holding for what is believed of the machine and how the bench runs.
+/// Controller, compensation and holding for the model of the machine and the settings of the bench.
 ///
 /// # Errors
 /// As [`position_controller`].
@@ -31,7 +31,7 @@ pub fn axis_control(model: &Model<f64>, settings: &Settings<f64>) -> Result<Axis
     })
 }
 
-/// The controller that is stated, for what is believed of the machine and how the bench runs.
+/// The configured controller, for the model of the machine and the settings of the bench.
 ///
 /// # Errors
 /// As [`state_feedback`].
@@ -53,10 +53,10 @@ pub fn position_controller(
     })
 }
 
-/// The filter of a controller's torque that is stated, for what is believed of the machine and how the bench runs.
+/// The configured filter of a controller's torque, for the model of the machine and the settings of the bench.
 pub fn torque_filter(model: &Model<f64>, settings: &Settings<f64>) -> TorqueFilter<f64> {
     let FilterChoice::Notch(choice) = settings.filter else { return TorqueFilter::Nothing };
-    // Bilinear, with the frequency itself where it belongs.
+    // Bilinear, prewarped at the frequency.
     let g = libm::tan(0.5 * choice.angular_frequency(&model.drive) * settings.control_period());
     let (depth, width) = (2.0 * choice.depth * g, 2.0 * choice.width * g);
     let all = 1.0 + width + g * g;
@@ -68,14 +68,14 @@ pub fn torque_filter(model: &Model<f64>, settings: &Settings<f64>) -> TorqueFilt
     })
 }
 
-/// From a sample to when its torque acts [s]: computed from this sample it does so in the next one, on average in its
-/// middle, behind the servo amplifier.
+/// Delay from a sample to its torque [s]: it acts in the next sample, on average in its middle, after the servo
+/// amplifier.
 pub fn preview(model: &Model<f64>, settings: &Settings<f64>) -> f64 {
     1.5 * settings.control_period() + model.servo_lag
 }
 
-/// What a network should see of a set-point, by what is believed of the machine: speeds around the Stribeck velocity, and
-/// the ways along which bristles, and bristles with the coupling, turn over.
+/// Features of a set-point for a network, by the model of the machine: speeds around the Stribeck velocity, and the
+/// reversal ways of bristles, and of bristles with coupling.
 pub fn setpoint_features(model: &Model<f64>) -> SetpointFeatures<f64> {
     let own = &model.own;
     let bristles = own.breakaway_torque / model.own_bristles.stiffness;
@@ -95,16 +95,16 @@ fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Result<Compensa
     Ok(match settings.compensation {
         CompensationChoice::Nothing => Compensation::Nothing,
         CompensationChoice::Curve(choice) => {
-            let (friction, _) = believed(&choice.belief, model, settings);
+            let (friction, _) = assumed_friction(&choice.belief, model, settings);
             let smoothing_velocity = choice.smoothing_velocity;
             Compensation::Curve(CurveFeedforward { friction, smoothing_velocity, preview, torque_limit })
         }
         CompensationChoice::Feedforward(choice) => {
-            let (friction, bristles) = believed(&choice.belief, model, settings);
+            let (friction, bristles) = assumed_friction(&choice.belief, model, settings);
             Compensation::Feedforward(FrictionFeedforward { friction: bristles.under(friction), preview, torque_limit })
         }
         CompensationChoice::Adaptive(choice) => {
-            let (friction, bristles) = believed(&choice.belief, model, settings);
+            let (friction, bristles) = assumed_friction(&choice.belief, model, settings);
             let noise = model.tacho_noise / model.scaling.tacho;
             Compensation::Adaptive(AdaptiveStribeck {
                 friction,
@@ -133,43 +133,43 @@ fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Result<Compensa
         }
         CompensationChoice::DisturbanceObserver(choice) => {
             let decay = choice.bandwidth * period;
-            let left = -libm::expm1(-decay);
+            let share = -libm::expm1(-decay);
             Compensation::DisturbanceObserver(DisturbanceObserver {
                 inertia,
                 velocity_gain: -libm::expm1(-2.0 * decay),
-                torque_gain: left * left * inertia / period,
+                torque_gain: share * share * inertia / period,
                 torque_limit,
             })
         }
         CompensationChoice::Network(choice) => {
-            let (friction, bristles) = believed(&choice.belief, model, settings);
+            let (friction, bristles) = assumed_friction(&choice.belief, model, settings);
             let fallback = FrictionFeedforward { friction: bristles.under(friction), preview, torque_limit };
             Compensation::Network(NetworkFeedforward { network: choice.network, fallback })
         }
     })
 }
 
-/// The friction that is believed to act on the load.
+/// The modelled friction of the load.
 fn load_friction(desired: bool, model: &Model<f64>, settings: &Settings<f64>) -> (Stribeck<f64>, Bristles<f64>) {
     if desired { (settings.desired, settings.desired_bristles) } else { (model.own, model.own_bristles) }
 }
 
-/// The friction that the drive motor is believed to feel at constant speed, its own included, and the bristles under it.
-fn believed(
-    belief: &AssumedFriction<f64>,
+/// Assumed friction of the drive motor at constant speed, its own included, and its bristles.
+fn assumed_friction(
+    choice: &AssumedFriction<f64>,
     model: &Model<f64>,
     settings: &Settings<f64>,
 ) -> (Stribeck<f64>, Bristles<f64>) {
-    let (load, bristles) = load_friction(belief.desired > 0.5, model, settings);
-    // The motor's friction far above its Stribeck velocity is all that is added: it is small, and nobody draws it.
+    let (load, bristles) = load_friction(choice.desired > 0.5, model, settings);
+    // Only the motor's friction far above its Stribeck velocity is added: it is small.
     let (slow, fast) = (50.0, 100.0);
     let at = |speed| model.motor_friction.steady_torque(speed, 0.0, 0.0);
     let viscous = (at(fast) - at(slow)) / (fast - slow);
     let level = at(fast) - viscous * fast;
     let scaled = Stribeck {
-        breakaway_torque: belief.share * (load.breakaway_torque + level),
-        kinetic_torque: belief.share * (load.kinetic_torque + level),
-        viscous_friction: belief.share * (load.viscous_friction + viscous),
+        breakaway_torque: choice.share * (load.breakaway_torque + level),
+        kinetic_torque: choice.share * (load.kinetic_torque + level),
+        viscous_friction: choice.share * (load.viscous_friction + viscous),
         ..load
     };
     (scaled, bristles)
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_fed_forward_is_the_friction_that_is_believed_and_the_motors() {
+    fn the_feedforward_is_the_modelled_friction_and_that_of_the_motor() {
         let mut preset = preset();
         let motor = preset.model.motor_friction.steady_torque(8.0, 0.0, 0.0);
         let (own, desired) = (preset.model.own.magnitude(8.0), preset.bench.desired.magnitude(8.0));
@@ -211,13 +211,13 @@ mod tests {
         ] {
             preset.bench.compensation = CompensationChoice::Feedforward(FeedforwardChoice { belief });
             let torque = fed_forward(&preset, 8.0);
-            // What is left of the motor's own Stribeck drop at 8 rad/s.
+            // The tolerance is the rest of the motor's own Stribeck drop at 8 rad/s.
             assert!((torque - expected).abs() < 1e-3, "{belief:?}: {torque} instead of {expected}");
         }
     }
 
     #[test]
-    fn an_estimate_rests_below_what_the_tacho_can_tell() {
+    fn an_estimate_pauses_below_the_noise_of_the_tacho() {
         let mut preset = preset();
         preset.bench.compensation = CompensationChoice::Adaptive(AdaptiveChoice::default());
         let freeze = |preset: &Preset<f64>| match axis_control(&preset.model, &preset.bench).unwrap().compensation {
@@ -231,14 +231,14 @@ mod tests {
     }
 
     #[test]
-    fn a_notch_stands_where_the_coupling_vibrates_unless_it_is_told() {
+    fn a_notch_is_at_the_resonance_of_the_coupling_by_default() {
         let mut preset = preset();
         let period = preset.bench.control_period();
         for frequency in [0.0, 120.0] {
             let choice = NotchChoice { frequency, depth: 0.0, ..NotchChoice::default() };
             preset.bench.filter = FilterChoice::Notch(choice);
             let TorqueFilter::Notch(notch) = torque_filter(&preset.model, &preset.bench) else { panic!("a notch") };
-            // Its zeros lie on the unit circle, at its frequency.
+            // Its zeros are on the unit circle, at its frequency.
             let [b0, b1, b2] = notch.numerator;
             let turned = 0.5 * libm::acos(-0.5 * b1 / b0) / std::f64::consts::PI / period;
             let drive = preset.model.drive;

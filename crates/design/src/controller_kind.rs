@@ -1,11 +1,11 @@
-//! A controller of a preset as another kind of controller, with the numbers that both have.
+//! Conversion of a preset's controller to another kind, with the common numbers.
 
 use stickslip_base::{ControllerChoice, PredictiveFeedback, StateFeedback};
 use stickslip_core::control::Cascade;
 
 use crate::cascade_as_pid;
 
-/// The controller of a preset as the other kind of the same family.
+/// The controller of a preset as PID controller, if it is of the same family.
 pub fn as_pid(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
     match (controller, as_cascade(controller)) {
         (ControllerChoice::Pid(_), _) => *controller,
@@ -14,7 +14,7 @@ pub fn as_pid(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
     }
 }
 
-/// The cascade of a preset, or that of the defaults where it has another controller.
+/// The cascade of a preset; default if it has another controller.
 pub fn as_cascade(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
     match controller {
         ControllerChoice::Cascade(_) => *controller,
@@ -22,7 +22,7 @@ pub fn as_cascade(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
     }
 }
 
-/// The state feedback of a preset, or that of the defaults where it has another controller.
+/// The state feedback of a preset; default if it has another controller.
 pub fn as_state_feedback(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
     match controller {
         ControllerChoice::StateFeedback(_) => *controller,

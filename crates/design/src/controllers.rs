@@ -1,4 +1,4 @@
-//! Controllers from a machine's numbers.
+//! Controllers from the parameters of a machine.
 
 use stickslip_core::control::{Cascade, CurrentControl, Pid};
 use stickslip_core::drive::TwoMass;
@@ -10,7 +10,7 @@ use stickslip_base::Error;
 ///
 ///   K_p = L/(3·T_s),   K_i = R/(3·T_s)
 ///
-/// The controller's zero cancels the motor's pole; what is left, 1/(3·T_s·s) with 1.5·T_s of delay, is the magnitude
+/// The controller's zero cancels the motor's pole; the rest, 1/(3·T_s·s) with 1.5·T_s of delay, is the magnitude
 /// optimum with a damping of 1/√2.
 pub fn current_control(
     base: CurrentControl<f64>,
@@ -19,18 +19,18 @@ pub fn current_control(
     dt: f64,
 ) -> Result<CurrentControl<f64>, Error> {
     sampling_time(dt)?;
-    within("the motor's resistance", resistance, "Ω", (1e-3, 1e4), "Take the winding's, terminal to terminal.")?;
-    within("the motor's inductance", inductance, "H", (1e-7, 10.0), "Take the winding's, terminal to terminal.")?;
+    within("the motor's resistance", resistance, "Ω", (1e-3, 1e4), "Use that of the winding, terminal to terminal.")?;
+    within("the motor's inductance", inductance, "H", (1e-7, 10.0), "Use that of the winding, terminal to terminal.")?;
     Ok(CurrentControl { proportional_gain: inductance / (3.0 * dt), integral_gain: resistance / (3.0 * dt), ..base })
 }
 
-/// `base` for a current that is predicted to the next sample, when the voltage begins to act: of what is missing then,
-/// `share` is made up within the sampling time `dt` [s] that follows.
+/// `base` for a current predicted to the next sample, when the voltage starts to act: `share` of the deviation at that
+/// time is corrected within the following sampling time `dt` [s].
 ///
 ///   i⁺ = a·i + (u + K_L·Ω)·(1 − a)/R,   a = e^(−R·T/L)   ⇒   u = share·R/(1 − a)·(i_ref − i) + R·i − K_L·Ω
 ///
-/// A share of 1 is dead beat and takes an inductance that is 10 % off for an oscillation; 0.7 forgives 40 %. The slow
-/// integral (a tenth of the winding's own rate) takes up what the amplifier is off by.
+/// A share of 1 is dead beat and oscillates with an inductance that is 10 % off; 0.7 tolerates 40 %. The slow integral
+/// (a tenth of the winding's own rate) corrects the errors of the amplifier.
 pub fn predictive_current_control(
     base: CurrentControl<f64>,
     resistance: f64,
@@ -39,10 +39,10 @@ pub fn predictive_current_control(
     dt: f64,
 ) -> Result<CurrentControl<f64>, Error> {
     let base = current_control(base, resistance, inductance, dt)?;
-    within("the share made up in a sample", share, "1", (0.01, 1.0), "0.7 is a good start.")?;
-    let left = -libm::expm1(-resistance * dt / inductance);
+    within("the share corrected in a sample", share, "1", (0.01, 1.0), "0.7 is a good start.")?;
+    let decay = -libm::expm1(-resistance * dt / inductance);
     Ok(CurrentControl {
-        proportional_gain: share * resistance / left,
+        proportional_gain: share * resistance / decay,
         integral_gain: 0.1 * resistance * resistance / inductance,
         resistance,
         ..base
@@ -53,9 +53,9 @@ pub fn predictive_current_control(
 ///
 ///   K_p = 3·J·ω²,   K_i = J·ω³,   K_d = 3·J·ω
 ///
-/// Soft and safe: the start of a tuning, not its end.
+/// Soft and safe: the start of a tuning.
 pub fn pid_by_bandwidth(base: Pid<f64>, inertia: f64, bandwidth: f64) -> Result<Pid<f64>, Error> {
-    within("the inertia", inertia, "kg m^2", (1e-9, 10.0), "Take motor and load side together, on the screw.")?;
+    within("the inertia", inertia, "kg m^2", (1e-9, 10.0), "Use the sum of motor and load side, on the screw.")?;
     within("the bandwidth", bandwidth, "rad/s", (1e-3, 1e4), "Stay well below the first resonance.")?;
     Ok(Pid {
         proportional_gain: 3.0 * inertia * bandwidth * bandwidth,
@@ -65,9 +65,9 @@ pub fn pid_by_bandwidth(base: Pid<f64>, inertia: f64, bandwidth: f64) -> Result<
     })
 }
 
-/// The PID controller with the tacho that is nearly the same controller as this cascade without its inertia feedforward:
-/// K_p = K_v·K_pos + K_i, K_i' = K_i·K_pos, K_d = K_v. They differ where the coupling twists, for the cascade's integral
-/// goes by the tacho on the motor. A ranking of one over the other would rank their tuning.
+/// PID controller with the tacho that is nearly the same controller as this cascade without its inertia feedforward:
+/// K_p = K_v·K_pos + K_i, K_i' = K_i·K_pos, K_d = K_v. They differ where the coupling twists, since the cascade's
+/// integral uses the tacho on the motor. A ranking of the two would rank their tunings.
 pub fn cascade_as_pid(cascade: &Cascade<f64>) -> Pid<f64> {
     Pid {
         proportional_gain: cascade.velocity_gain * cascade.position_gain + cascade.integral_gain,
@@ -81,7 +81,7 @@ pub fn cascade_as_pid(cascade: &Cascade<f64>) -> Pid<f64> {
 
 /// P-PI cascade that holds a constant speed for a friction measurement.
 ///
-/// As stiff as half the phase of its delays admits: the velocity loop crosses at K_v/J_M = (π/4)/(1.5·T + τ), with the
+/// As stiff as half the phase of its delays permits: the velocity loop crosses at K_v/J_M = (π/4)/(1.5·T + τ), with the
 /// sampling time T [s] and the lag τ [s] of servo amplifier and tacho. Above the coupling's resonance only the motor's
 /// inertia J_M [kg m²] counts. Integral action at 20 1/s, position loop at 15 1/s: fast enough to settle in 0.3 s.
 pub fn speed_holder(base: Cascade<f64>, drive: &TwoMass<f64>, lag: f64, dt: f64) -> Result<Cascade<f64>, Error> {

@@ -8,13 +8,13 @@ use stickslip_base::Error;
 /// Exact discretisation of ẋ = A·x + B·u with u held over each sampling time `dt` [s]: (Φ, Γ) of x⁺ = Φ·x + Γ·u.
 ///
 /// Both from one matrix exponential, e^([A B; 0 0]·T) = [Φ Γ; 0 I] (van Loan 1978), by scaling, Taylor series and
-/// squaring. No inverse of A is needed: integrators are welcome.
+/// squaring. No inverse of A is needed, so that A may have integrators.
 pub fn zero_order_hold(a: &DMatrix<f64>, b: &DMatrix<f64>, dt: f64) -> Result<(DMatrix<f64>, DMatrix<f64>), Error> {
     let states = square("the system matrix", a)?;
     sampling_time(dt)?;
     finite("the input matrix", b)?;
     if b.nrows() != states {
-        let remedy = "The input matrix has one row a state.";
+        let remedy = "The input matrix must have one row for each state.";
         return Err(Error::Dimension { what: "the input matrix", found: b.nrows(), expected: states, remedy });
     }
     let inputs = b.ncols();

@@ -11,14 +11,14 @@ use super::{kalman_filter, zero_order_hold};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
-/// How far the model is trusted: what may be wrong with it, as white noise on its rates.
+/// Uncertainty of the model, as white noise on its rates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trust {
-    /// How fast the torque that the model lacks wanders [N m/√s].
+    /// Rate of change of the torque that the model lacks [N m/√s].
     pub missing_torque: f64,
     /// Torque noise of the drive motor [N m/√Hz].
     pub motor_torque: f64,
-    /// How fast the accelerometer's offset wanders [m/s²/√s].
+    /// Rate of change of the accelerometer's offset [m/s²/√s].
     pub offset: f64,
 }
 
@@ -28,12 +28,12 @@ impl Default for Trust {
     }
 }
 
-/// Speed for which the gains at high speed are made [rad/s].
+/// Design speed of the gains for high speed [rad/s].
 const FAST: f64 = 30.0;
 
-/// Longest step of the observer's model [s]; and where it compensates friction in the control of a position, which needs
-/// to know it less well than the rendering, but with two steps a sample at least: with one a sine of 2 Hz at 4 kHz has half
-/// as much deviation again.
+/// Longest step of the observer's model [s], for rendering and for the compensation of friction in position control.
+/// The latter requires less accuracy, but at least two steps in a sample: with one, the deviation of a sine of 2 Hz at
+/// 4 kHz is half as large again.
 const LONGEST_STEP: f64 = 125e-6;
 const LONGEST_FOR_CONTROL: f64 = 250e-6;
 
@@ -43,11 +43,11 @@ pub(super) const CONVERTER_NOISE: f64 = 20.0 / 65536.0 * 1.04;
 /// Order of the states of the linear filter.
 const STATES: usize = 9;
 
-/// What is corrected: everything, or what encoder and tacho show.
+/// Corrected states: all, or those observable by encoder and tacho.
 const ALL: [usize; STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
 const WITHOUT_ACCELEROMETER: [usize; 6] = [0, 1, 2, 3, 4, 6];
 
-/// The observer of the drive that is believed.
+/// The observer of the modelled drive.
 ///
 /// # Errors
 /// As the design functions.
@@ -59,7 +59,7 @@ pub fn drive_observer(
     corrected_drive(model, (settings.tick_time(), LONGEST_STEP), trust, &ALL)
 }
 
-/// The same sampled with `dt` [s] by encoder and tacho alone, of a load that carries this friction and no load motor.
+/// The same sampled with `dt` [s] by encoder and tacho alone, of a load with this friction and without load motor.
 ///
 /// # Errors
 /// As the design functions.
@@ -76,7 +76,7 @@ pub(super) fn unloaded_drive(
     Ok(observer)
 }
 
-/// The same without any correction, in steps of at most `longest` [s]: the believed drive itself.
+/// The same without any correction, in steps of at most `longest` [s]: the modelled drive itself.
 pub(super) fn simulated_drive(
     model: &Model<f64>,
     friction: Friction<f64>,
@@ -89,19 +89,18 @@ pub(super) fn simulated_drive(
     Ok(DriveObserver { steps, model: without_load_motor(model, friction, step), ..observer })
 }
 
-/// The believed drive with this friction on the load, in steps of this length [s]: nothing flows in a load motor in which
-/// nothing is induced.
+/// The modelled drive with this friction on the load, in steps of this length [s], without current in the load motor.
 fn without_load_motor(model: &Model<f64>, friction: Friction<f64>, step: f64) -> DriveModel<f64> {
     let winding = Winding { torque_constant: 0.0, ..model.load_motor };
     DriveModel::new(model.drive, winding, model.servo_lag, model.motor_friction, friction, step)
 }
 
-/// How many steps of at most `longest` make `dt` [s].
+/// Number of steps of at most `longest` in `dt` [s].
 fn steps_within(dt: f64, longest: f64) -> usize {
     (dt / longest - 1e-9).ceil().max(1.0) as usize
 }
 
-/// The observer of the drive whose measurements correct these states, sampled with `dt` in steps of at most `longest` [s].
+/// The observer of the drive, with corrections of these states, sampled with `dt` in steps of at most `longest` [s].
 fn corrected_drive(
     model: &Model<f64>,
     (dt, longest): (f64, f64),
@@ -112,18 +111,18 @@ fn corrected_drive(
     let observer = believed_drive(model, dt / steps as f64)?;
     let linear = Linear::new(model, dt, trust)?;
     let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed, states));
-    // Where the ripple is as large as what a tacho at standstill is off by; without ripple both sets are alike.
+    // The speed at which the ripple is as large as the tacho's error at standstill; without ripple both sets are equal.
     let ripple_velocity = (slow_tacho(model) / model.tacho_ripple).min(1e6);
     Ok(DriveObserver { steps, gains: gains?, fast_gains: fast_gains?, ripple_velocity, ..observer })
 }
 
-/// Between servo amplifier and tacho what is left of both lags [s].
+/// Lag of the tacho, the rest of the common lag after the servo amplifier [s].
 pub(super) fn tacho_lag(model: &Model<f64>) -> f64 {
     (model.drive_lag - model.servo_lag).max(1e-6)
 }
 
-/// The drive and its pickups as believed, in steps of this length [s]; nothing corrects it yet.
-pub fn believed_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64>, Error> {
+/// The modelled drive and its pickups, in steps of this length [s], without correction.
+pub fn modelled_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64>, Error> {
     let own = model.own_bristles.under(model.own);
     let prepared = DriveModel::new(model.drive, model.load_motor, model.servo_lag, model.motor_friction, own, step);
     let omega = TAU * model.accelerometer_bandwidth;
@@ -150,7 +149,7 @@ pub(super) fn slow_tacho(model: &Model<f64>) -> f64 {
 /// Order of the states of the drive's masses: φ, δ, Ω_M, Ω.
 pub(super) const MOTION: usize = 4;
 
-/// The rates of angle, twist, motor velocity and velocity from these four; torques come on top.
+/// The rates of angle, twist, motor velocity and velocity from these four; torques are added.
 pub(super) fn motion(drive: &TwoMass<f64>) -> DMatrix<f64> {
     let (c, d) = (drive.coupling_stiffness, drive.coupling_damping);
     let (per_motor, per_load) = (1.0 / drive.motor_inertia, 1.0 / drive.load_inertia);
@@ -162,7 +161,7 @@ pub(super) fn motion(drive: &TwoMass<f64>) -> DMatrix<f64> {
     a
 }
 
-/// Covariance of what white noise of these densities on the rates adds to the states in `dt` [s].
+/// Covariance of the states after `dt` [s] by white noise of these densities on the rates.
 pub(super) fn sampled_noise(a: &DMatrix<f64>, density: &DMatrix<f64>, dt: f64) -> Result<DMatrix<f64>, Error> {
     let nothing = DMatrix::zeros(a.nrows(), 1);
     let (whole, half) = (zero_order_hold(a, &nothing, dt)?.0, zero_order_hold(a, &nothing, 0.5 * dt)?.0);
@@ -172,11 +171,11 @@ pub(super) fn sampled_noise(a: &DMatrix<f64>, density: &DMatrix<f64>, dt: f64) -
 
 /// The linear drive over a tick: φ, δ, Ω_M, Ω, missing torque, offset, tacho, accelerometer value and rate.
 struct Linear {
-    /// What becomes of each state.
+    /// System matrix.
     phi: DMatrix<f64>,
-    /// What encoder, tacho and accelerometer show of it.
-    shown: DMatrix<f64>,
-    /// Covariance of what is added to the states.
+    /// Output matrix of encoder, tacho and accelerometer.
+    outputs: DMatrix<f64>,
+    /// Covariance of the process noise.
     q: DMatrix<f64>,
 }
 
@@ -191,7 +190,7 @@ impl Linear {
         a[(3, 4)] = -1.0 / drive.load_inertia;
         (a[(6, 2)], a[(6, 6)]) = (1.0 / tacho_lag, -1.0 / tacho_lag);
         a[(7, 8)] = 1.0;
-        // The sensor feels the load's acceleration: its row of the rates.
+        // The sensor measures the load's acceleration: its row of the rates.
         for column in 0..STATES {
             a[(8, column)] = omega * omega * ratio * a[(3, column)];
         }
@@ -207,15 +206,15 @@ impl Linear {
         let (phi, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), dt)?;
         let q = sampled_noise(&a, &noise, dt)?;
 
-        let mut shown = DMatrix::<f64>::zeros(3, STATES);
-        shown[(0, 0)] = 1.0;
-        shown[(1, 6)] = 1.0;
-        (shown[(2, 5)], shown[(2, 7)]) = (1.0, 1.0);
-        Ok(Linear { phi, shown, q })
+        let mut outputs = DMatrix::<f64>::zeros(3, STATES);
+        outputs[(0, 0)] = 1.0;
+        outputs[(1, 6)] = 1.0;
+        (outputs[(2, 5)], outputs[(2, 7)]) = (1.0, 1.0);
+        Ok(Linear { phi, outputs, q })
     }
 
-    /// Gains of the stationary filter for these states at a speed [rad/s]; 0 for the others, and for sensors that show
-    /// none of them alone.
+    /// Gains of the stationary filter for these states at a speed [rad/s]; 0 for the others, and for sensors that
+    /// measure none of them alone.
     fn gains(&self, model: &Model<f64>, speed: f64, states: &[usize]) -> Result<ObserverGains<f64>, Error> {
         let sensors: Vec<usize> = if states.len() < STATES { vec![0, 1] } else { vec![0, 1, 2] };
         let deviations = [
@@ -226,8 +225,8 @@ impl Linear {
         let variances = sensors.iter().map(|&sensor| deviations[sensor] * deviations[sensor]);
         let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(sensors.len(), variances));
         let among = |matrix: &DMatrix<f64>| matrix.select_rows(states).select_columns(states);
-        let shown = self.shown.select_rows(&sensors).select_columns(states);
-        let filter = kalman_filter(&among(&self.phi), &shown, &among(&self.q), &r)?;
+        let outputs = self.outputs.select_rows(&sensors).select_columns(states);
+        let filter = kalman_filter(&among(&self.phi), &outputs, &among(&self.q), &r)?;
         let row = |state: usize| {
             let place = states.iter().position(|&other| other == state);
             std::array::from_fn(|sensor| place.and_then(|row| filter.gain.get((row, sensor))).copied().unwrap_or(0.0))
@@ -270,7 +269,7 @@ mod tests {
             gains.acceleration_rate,
         ];
         let gain = DMatrix::from_fn(STATES, 3, |row, column| rows[row][column]);
-        let error = &linear.phi * (DMatrix::identity(STATES, STATES) - gain * &linear.shown);
+        let error = &linear.phi * (DMatrix::identity(STATES, STATES) - gain * &linear.outputs);
         error.complex_eigenvalues().iter().map(|pole| libm::hypot(pole.re, pole.im)).fold(0.0, f64::max)
     }
 
@@ -288,7 +287,7 @@ mod tests {
                     let pole = slowest_pole(&linear, &observer, ratio);
                     assert!(pole < 1.0, "{name} at {rate} Hz, {ratio} of the ripple velocity: {pole}");
                 }
-                // The guard fires: nothing holds an observer that listens to no encoder.
+                // The guard fires: an observer without encoder is not stable.
                 let deaf = ObserverGains::default();
                 let deaf = DriveObserver { gains: deaf, fast_gains: deaf, ..observer };
                 assert!(slowest_pole(&linear, &deaf, 0.0) > 0.999_999);
@@ -297,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tacho_counts_for_less_where_it_ripples() {
+    fn the_tacho_has_less_weight_where_it_ripples() {
         let mut preset: Preset<f64> = presets::find("prototype").expect("a preset").read().expect("a sound one");
         let observer = |preset: &Preset<f64>| {
             drive_observer(&preset.model, &preset.bench, &Trust::default()).expect("an observer")

@@ -1,10 +1,10 @@
-//! What only a design can fail of.
+//! Errors of designs.
 
-/// A failure of a design, beside those that every crate has.
+/// Errors of designs, besides those common to all crates.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DesignError {
-    /// The input does not reach, or the output does not show, all states.
+    /// A system that is not controllable or not observable.
     #[error(
         "the system is not {property}: the reciprocal condition of its {property} matrix is {reciprocal_condition:.1e}, \
          below {limit:.1e}. {remedy}"
@@ -12,14 +12,14 @@ pub enum DesignError {
     NotReachable {
         /// "controllable" or "observable".
         property: &'static str,
-        /// Of the scaled matrix; 1 is perfect, 0 singular.
+        /// Reciprocal condition of the scaled matrix; 1 is perfect, 0 singular.
         reciprocal_condition: f64,
-        /// Smallest one that still gives digits.
+        /// Smallest accepted value.
         limit: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// A wanted pole outside the unit circle.
+    /// A specified pole outside the unit circle.
     #[error(
         "the pole {real} + {imaginary}i has magnitude {magnitude}, at most {limit} is stable. \
          Move it inwards: a pole at p 1/s is e^(-p T)."
@@ -51,9 +51,9 @@ pub enum DesignError {
     Unstable {
         /// Magnitude of its largest eigenvalue.
         spectral_radius: f64,
-        /// It must stay below this.
+        /// Its limit.
         limit: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// A desired friction outside the renderable region.
@@ -61,31 +61,31 @@ pub enum DesignError {
     NotRenderable(Box<crate::Verdict>),
     /// An arm whose rigid part is too heavy to be rendered.
     #[error(
-        "an arm of which {rigid_inertia:e} kg m² move with the carriage cannot be rendered: the loop over accelerometer \
-         and load motor would oscillate. Up to {feasible:.2e} kg m² can be (bench.arm.rigid_inertia): take less, tick \
-         faster, or add the rest to the load as a real mass."
+        "the rigid inertia {rigid_inertia:e} kg m² of the arm cannot be rendered: the loop over accelerometer and load \
+         motor would oscillate. Reduce bench.arm.rigid_inertia to {feasible:.2e} kg m², raise bench.tick_rate, or add \
+         the rest to the load as a physical mass."
     )]
     ArmTooHeavy {
-        /// What was asked for [kg m²].
+        /// The specified inertia [kg m²].
         rigid_inertia: f64,
-        /// What can be rendered [kg m²].
+        /// The largest rendered inertia [kg m²].
         feasible: f64,
     },
     /// A rendering law that would chatter.
     #[error(
-        "rendered like this the load motor would chatter by {}, {limit} N m are allowed: {cause}. {}",
+        "the chatter of the load motor would {}, limit {limit} N m; main cause: {cause}. {}",
         chatter_in_words(*predicted_chatter), chatter_remedy(*stiffness, *feasible)
     )]
     Chatters {
         /// Predicted change of the load torque from millisecond to millisecond [N m RMS].
         predicted_chatter: f64,
-        /// What is allowed of it [N m].
+        /// Its limit [N m].
         limit: f64,
-        /// Where most of it comes from.
+        /// Its main cause.
         cause: &'static str,
-        /// Stiffness of the bristles that were to be rendered [N m/rad].
+        /// Stiffness of the desired bristles [N m/rad].
         stiffness: Option<f64>,
-        /// The nearest below it that can be [N m/rad].
+        /// Largest renderable stiffness below it [N m/rad].
         feasible: Option<f64>,
     },
 }
@@ -96,17 +96,16 @@ impl From<DesignError> for stickslip_base::Error {
     }
 }
 
-/// Chatter [N m]: what has grown for half a second is of no size.
+/// Chatter [N m]; a value that has grown for half a second is arbitrary.
 fn chatter_in_words(torque: f64) -> String {
-    if torque < 10.0 { format!("{torque:.3} N m") } else { "as much as it can".into() }
+    if torque < 10.0 { format!("reach {torque:.3} N m") } else { "grow without bound".into() }
 }
 
-/// What to do about chatter.
+/// Remedy for chatter.
 fn chatter_remedy(stiffness: Option<f64>, feasible: Option<f64>) -> String {
     match (stiffness, feasible) {
         (Some(stiffness), Some(feasible)) => format!(
-            "Of bench.desired_bristles.stiffness = {stiffness:.0} N m/rad the nearest that is rendered quietly is \
-             {feasible:.0} N m/rad."
+            "Reduce bench.desired_bristles.stiffness from {stiffness:.0} N m/rad to at most {feasible:.0} N m/rad."
         ),
         _ => "Raise bench.tick_rate, or choose another bench.law.".into(),
     }

@@ -1,14 +1,14 @@
-//! Hunting, predicted: the limit cycle of an integral and stiction about a set-point that rests.
+//! Prediction of hunting, the limit cycle of an integral and stiction about a constant set-point.
 //!
-//! While the load sticks the integral winds up; it breaks away, slips past the set-point, sticks again. From standstill to
-//! standstill that is a map e → e⁺ of the deviation, and the drive hunts where the map does not lead to 0. Here the map is
-//! computed from the believed drive, coupling, friction with bristles, lags and the controller's sample of delay included,
-//! under the very controller that runs, without noise and counts. So it holds for any controller, compensation and hold.
+//! While the load sticks the integral winds up; it breaks away, slips past the set-point, and sticks again. From
+//! standstill to standstill this is a map e → e⁺ of the deviation, and the drive hunts unless the map converges to 0.
+//! The map is computed from the modelled drive, coupling, friction with bristles, lags and the controller's sample of
+//! delay, under the controller itself, without noise and counts. It is valid for any controller, compensation and hold.
 //! For one rigid mass under PID it is the algebra of B. Armstrong, B. Amin, Automatica 32 (1996) 679.
 //!
-//! The describing function, which sees friction as the damping that a sine of the same velocity would feel, is no
-//! predictor of hunting: it is here to show that. Where a loop is stable with any viscous damping, and a sound one is, it
-//! says "no hunting", whatever the friction.
+//! The describing function replaces friction by the equivalent damping of a sine. It does not predict hunting and is
+//! computed for comparison only: a loop that is stable with any viscous damping, as usual loops are, has no predicted
+//! limit cycle for any friction.
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,45 +25,45 @@ use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 use stickslip_base::watch::Watch;
 
-/// Slower than this over [`WINDOW`] a load stands still [rad/s].
+/// Speed over [`WINDOW`] below which a load is at a standstill [rad/s].
 const STANDS: f64 = 2e-3;
-/// Time over which a standstill is judged [s].
+/// Averaging time of a standstill [s].
 const WINDOW: f64 = 0.02;
-/// A load that moved so far between two standstills has slipped [rad]: bristles bend less before they do.
+/// Least way of a slip between two standstills [rad]; bristles deflect less before breakaway.
 const SLIPPED: f64 = 2e-4;
-/// Longest step of the believed drive [s].
+/// Longest step of the modelled drive [s].
 const STEP: f64 = 62.5e-6;
 
-/// Where the load stood still.
+/// A standstill of the load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Standstill {
-    /// When it came to rest [s].
+    /// Time of the stop [s].
     pub time: f64,
-    /// Set-point less angle [rad].
+    /// Set-point minus angle [rad].
     pub deviation: f64,
 }
 
-/// A limit cycle about a set-point that rests.
+/// A limit cycle about a constant set-point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hunting {
     /// Half the distance between the extremes of the deviation, mean over the cycles [rad].
     pub amplitude: f64,
     /// Mean time from one slip to the next [s].
     pub interval: f64,
-    /// How many slips there were.
+    /// Number of slips.
     pub slips: usize,
 }
 
 impl Hunting {
-    /// The limit cycle in deviations [rad] that were taken every `period` [s]: none where their extremes are closer than
-    /// `resolution` [rad], or the load does not go forth and back and forth.
+    /// The limit cycle in deviations [rad] sampled every `period` [s]; `None` if their extremes are closer than
+    /// `resolution` [rad], or the load does not move forth and back twice.
     pub fn find(deviations: &[f64], period: f64, resolution: f64) -> Option<Self> {
         let (low, high) = extremes(deviations);
         let apart = high - low > resolution;
         if !apart {
             return None;
         }
-        // From one side to the other, with a dead band, so that a wiggle is no cycle.
+        // From one side to the other, with a dead band against small vibrations.
         let (middle, band) = (0.5 * (low + high), 0.2 * (high - low));
         let mut side = 0i8;
         let mut crossings = Vec::new();
@@ -82,7 +82,7 @@ impl Hunting {
         }
         let (&first, &last) = (crossings.first()?, crossings.last()?);
         let slips = crossings.len();
-        // Once forth and once back may be its end.
+        // A single motion forth and back may be its end.
         if slips < 3 {
             return None;
         }
@@ -103,7 +103,7 @@ fn extremes(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)))
 }
 
-/// The believed drive under control, at a set-point of 0 that rests.
+/// The modelled drive under control, at a constant set-point of 0.
 #[derive(Clone, Debug)]
 pub struct ModelledAxis {
     drive: DriveObserver<f64>,
@@ -112,7 +112,7 @@ pub struct ModelledAxis {
     period: f64,
 }
 
-/// Where the believed drive is.
+/// State of the modelled drive.
 #[derive(Clone, Copy, Debug)]
 struct Running {
     drive: DriveObserverState<f64>,
@@ -120,10 +120,10 @@ struct Running {
 }
 
 impl ModelledAxis {
-    /// The drive that a model states with the friction of the load that it states, under the control that is stated.
+    /// The drive of a model with its load friction, under the configured control.
     ///
     /// # Errors
-    /// What the design of the control refuses.
+    /// Errors of the control's design.
     pub fn new(model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
         let control = axis_control(model, settings)?;
         Self::under(control, model, settings)
@@ -132,22 +132,22 @@ impl ModelledAxis {
     /// The same under this control.
     ///
     /// # Errors
-    /// What the preparation of the drive refuses.
+    /// Errors of the drive's preparation.
     pub fn under(control: AxisControl<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
         let period = settings.control_period();
         let friction = model.own_bristles.under(model.own);
         Ok(ModelledAxis { drive: simulated_drive(model, friction, period, STEP)?, control, period })
     }
 
-    /// At rest with this deviation [rad], no torque in force.
+    /// At rest with this deviation [rad], without torque.
     fn at(&self, deviation: f64) -> Running {
         let mut drive = DriveObserverState { started: 1.0, ..DriveObserverState::default() };
         drive.drive.angle = -deviation;
-        let input = Self::seen(&drive);
+        let input = Self::measured(&drive);
         Running { drive, control: self.control.take_over(0.0, input, &AxisControlState::default(), None) }
     }
 
-    fn seen(drive: &DriveObserverState<f64>) -> AxisControlInput<f64> {
+    fn measured(drive: &DriveObserverState<f64>) -> AxisControlInput<f64> {
         AxisControlInput {
             reference: Setpoint::default(),
             measured_angle: drive.drive.angle,
@@ -155,9 +155,9 @@ impl ModelledAxis {
         }
     }
 
-    /// One sample of the controller; the deviation at its begin [rad].
+    /// One sample of the controller; returns the deviation at its start [rad].
     fn sample(&self, running: &mut Running) -> f64 {
-        let input = Self::seen(&running.drive);
+        let input = Self::measured(&running.drive);
         let in_force = running.control.torque;
         self.control.step(&mut running.control, input, self.period);
         let held = DriveObserverInput { motor_torque: in_force, ..DriveObserverInput::default() };
@@ -165,7 +165,7 @@ impl ModelledAxis {
         -input.measured_angle
     }
 
-    /// Deviations [rad], one a sample of the controller, from rest with the first of them on, for a time [s].
+    /// Deviations [rad], one for each sample of the controller, from rest with the first of them, for a time [s].
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -187,8 +187,8 @@ impl ModelledAxis {
         self.period
     }
 
-    /// The largest limit cycle that a plan finds, with a resolution of so much [rad] a count, and the deviations [rad] in
-    /// which it is seen: without the map from standstill to standstill, in a tenth of its time.
+    /// The largest limit cycle of a plan, with a resolution of `count` [rad], and its deviations [rad]; without the map
+    /// from standstill to standstill, in a tenth of its time.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -206,7 +206,7 @@ impl ModelledAxis {
         Ok(followed.unwrap_or_default())
     }
 
-    /// The next standstill after one with this deviation [rad]; `None` where the load does not leave its place within
+    /// The next standstill after one with this deviation [rad]; `None` if the load does not break away within
     /// `patience` [s].
     pub fn next_standstill(&self, deviation: f64, patience: f64) -> Option<Standstill> {
         let mut running = self.at(deviation);
@@ -227,13 +227,13 @@ impl ModelledAxis {
     }
 }
 
-/// How the describing function sees a loop: which friction a sine of a velocity amplitude is equal to, and whether that
-/// makes the loop oscillate.
+/// Result of the describing function for a loop: equivalent damping of a sine of a velocity amplitude, and stability of
+/// the loop with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Described {
     /// Amplitude of the velocity [rad/s].
     pub amplitude: f64,
-    /// Viscous friction that takes the same work [N m s/rad].
+    /// Viscous friction with the same work [N m s/rad].
     pub damping: f64,
     /// Largest magnitude of the closed loop's poles in z with it.
     pub radius: f64,
@@ -243,7 +243,7 @@ pub struct Described {
 /// predicts a limit cycle where the radius passes 1.
 ///
 /// # Errors
-/// What the linearisation refuses.
+/// Errors of the linearisation.
 pub fn describe(
     control: AxisControl<f64>,
     model: &Model<f64>,
@@ -252,7 +252,7 @@ pub fn describe(
 ) -> Result<Vec<Described>, Error> {
     let at = |&amplitude: &f64| {
         let damping = equivalent_damping(&model.own, amplitude);
-        // Nothing but this damping on the load.
+        // This damping is the only friction of the load.
         let none = 1e-6;
         let own = Stribeck { breakaway_torque: none, kinetic_torque: none, viscous_friction: damping, ..model.own };
         let damped = Model { own, ..*model };
@@ -263,13 +263,13 @@ pub fn describe(
     amplitudes.iter().map(at).collect()
 }
 
-/// Strongest damping of the load that is looked at [N m s/rad], and largest amplitude of its velocity [rad/s].
+/// Strongest examined damping of the load [N m s/rad], and largest amplitude of its velocity [rad/s].
 const STRONGEST: f64 = 2.0;
 const FASTEST: f64 = 100.0;
-/// Speed at which viscous friction is linearised [rad/s]: where does not matter.
+/// Speed at which viscous friction is linearised [rad/s]; its value has no effect.
 const SLIDING: f64 = 10.0;
 
-/// Viscous friction [N m s/rad] that takes the work of a sliding curve at a sine of this velocity amplitude [rad/s]:
+/// Viscous friction [N m s/rad] with the work of a sliding curve in a sine of this velocity amplitude [rad/s]:
 ///
 ///   b_eq(V) = 2/(π·V)·∫₀^π M_R(V·sin θ)·sin θ dθ
 pub fn equivalent_damping(sliding: &Stribeck<f64>, amplitude: f64) -> f64 {
@@ -281,33 +281,33 @@ pub fn equivalent_damping(sliding: &Stribeck<f64>, amplitude: f64) -> f64 {
     2.0 / (PI * amplitude) * sum * PI / PARTS as f64
 }
 
-/// What is predicted of a controller at a set-point that rests.
+/// Prediction for a controller at a constant set-point.
 #[derive(Clone, Debug)]
 pub struct HuntingPrediction {
-    /// The limit cycle; `None` where it comes to rest within the resolution.
+    /// The limit cycle; `None` if it comes to rest within the resolution.
     pub hunting: Option<Hunting>,
-    /// Deviations [rad] from which it was followed, one a sample.
+    /// Deviations [rad] of the simulated limit cycle, one for each sample.
     pub deviations: Vec<f64>,
     /// Sampling time [s].
     pub period: f64,
-    /// Deviation at a standstill [rad] and where the next slip ends; `None` where none comes.
+    /// Deviation at a standstill [rad], and after the next slip; `None` without a slip.
     pub map: Vec<(f64, Option<Standstill>)>,
-    /// How the describing function sees it.
+    /// Results of the describing function.
     pub described: Vec<Described>,
-    /// Below this the encoder does not tell [rad].
+    /// Resolution of the encoder [rad].
     pub count: f64,
 }
 
-/// What a prediction looks at.
+/// Plan of a prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HuntingPlan {
-    /// Deviations to begin with [rad]: a drive may hunt from the one and come to rest from the other.
+    /// Start deviations [rad]: a drive may hunt from one and come to rest from another.
     pub starts: [f64; 3],
-    /// How long it is followed [s].
+    /// Simulated time [s].
     pub duration: f64,
-    /// From when on a limit cycle counts [s].
+    /// Start of the evaluation [s].
     pub from: f64,
-    /// Extremes that are so many counts apart, or closer, are no hunting.
+    /// Largest distance of the extremes, in counts, that is not hunting.
     pub counts: f64,
 }
 
@@ -325,10 +325,10 @@ impl HuntingPlan {
     }
 }
 
-/// Predicts whether the believed drive hunts under the control that is stated, how far and how often.
+/// Predicts whether the modelled drive hunts under the configured control, with amplitude and interval.
 ///
 /// # Errors
-/// What the design refuses; [`Error::Cancelled`].
+/// Errors of the design; [`Error::Cancelled`].
 pub fn predict_hunting(
     model: &Model<f64>,
     settings: &Settings<f64>,
@@ -338,13 +338,13 @@ pub fn predict_hunting(
     let axis = ModelledAxis::new(model, settings)?;
     let count = TAU / model.encoder.counts_per_revolution;
     let (hunting, deviations) = axis.follow(plan, count, watch)?;
-    // From a fifth of a count to ten times the way that the load springs at breakaway.
+    // From a fifth of a count to ten times the way of a slip at breakaway.
     let far = 10.0 * (model.own.breakaway_torque / model.drive.coupling_stiffness).max(10.0 * count);
     const POINTS: usize = 25;
     let near = 0.2 * count;
     let grid = (0..POINTS).map(|k| near * libm::pow(far / near, k as f64 / (POINTS - 1) as f64));
     let map = grid.map(|deviation| (deviation, axis.next_standstill(deviation, plan.duration))).collect();
-    // Slower, the load is as good as stuck.
+    // Slower loads are nearly stuck.
     let slow = 4.0 * model.own.breakaway_torque / (PI * STRONGEST);
     let amplitudes: Vec<f64> = (0..13).map(|k| slow * libm::pow(FASTEST / slow, f64::from(k) / 12.0)).collect();
     let described = describe(axis.control, model, settings, &amplitudes)?;
@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn a_friction_that_drops_hunts_under_an_integral_and_one_that_does_not_comes_to_rest() {
+    fn a_friction_with_a_stribeck_drop_hunts_under_an_integral_and_one_without_comes_to_rest() {
         let drops = predicted(&prototype(stribeck(0.45, 0.2)));
         assert!(drops.hunting.is_some_and(|hunting| hunting.slips > 5), "{:?}", drops.hunting);
         assert_eq!(predicted(&prototype(stribeck(0.2, 0.2))).hunting, None);
@@ -395,16 +395,16 @@ mod tests {
             pid.integral_gain = 0.0;
         }
         assert_eq!(predicted(&alone).hunting, None);
-        // What holds against stiction is a part of it: a dead zone as wide as the cycle ends it.
-        let mut held = prototype(stribeck(0.45, 0.2));
-        held.bench.hold = Hold::Stiction(StictionHold { dead_zone: 0.5, ..StictionHold::default() });
-        assert_eq!(predicted(&held).hunting, None);
+        // The hold against stiction is included: a dead zone as wide as the cycle ends it.
+        let mut with_hold = prototype(stribeck(0.45, 0.2));
+        with_hold.bench.hold = Hold::Stiction(StictionHold { dead_zone: 0.5, ..StictionHold::default() });
+        assert_eq!(predicted(&with_hold).hunting, None);
     }
 
     #[test]
     fn the_map_of_one_rigid_mass_is_that_of_armstrongs_algebra() {
         let mut preset = prototype(stribeck(0.45, 0.2));
-        // As good as rigid, at once, and stiff bristles.
+        // Nearly rigid, without delay, with stiff bristles.
         preset.model.drive.coupling_stiffness *= 100.0;
         preset.model.servo_lag = 2e-5;
         preset.model.drive_lag = 4e-5;
@@ -415,7 +415,7 @@ mod tests {
         let axis = ModelledAxis::new(&preset.model, &preset.bench).unwrap();
         let inertia = preset.model.drive.inertia();
         for deviation in [0.01, 0.03, 0.1] {
-            let found = axis.next_standstill(deviation, 30.0).unwrap();
+            let next = axis.next_standstill(deviation, 30.0).unwrap();
             // At the breakaway P and I together hold M_S; then J·Ω̇ = K_p·e + I − K_d·Ω − M_R(Ω) until it rests.
             let own = preset.model.own;
             let (mut e, mut velocity) = (deviation, 1e-9);
@@ -430,23 +430,20 @@ mod tests {
                     velocity = 1e-6;
                 }
             }
-            // A tenth of it is the sample of delay and the bristles.
-            assert!(
-                (found.deviation - e).abs() < 0.1 * deviation.max(e.abs()),
-                "{deviation}: {found:?} instead of {e}"
-            );
+            // The tolerance of a tenth covers the sample of delay and the bristles.
+            assert!((next.deviation - e).abs() < 0.1 * deviation.max(e.abs()), "{deviation}: {next:?} instead of {e}");
         }
     }
 
     #[test]
-    fn the_describing_function_sees_no_hunting_where_there_is() {
+    fn the_describing_function_predicts_no_hunting_where_there_is() {
         for controller in [None, Some(ControllerChoice::StateFeedback(StateFeedback::default()))] {
             let mut preset = prototype(stribeck(0.45, 0.2));
             preset.bench.controller = controller.unwrap_or(preset.bench.controller);
             let prediction = predicted(&preset);
             assert!(prediction.described.iter().all(|it| it.radius < 1.0), "{:?}", prediction.described);
         }
-        // The guard fires: a loop that is not stable without friction.
+        // The guard fires: a loop that is unstable without friction.
         let mut wild = prototype(stribeck(0.45, 0.2));
         if let ControllerChoice::Pid(pid) = &mut wild.bench.controller {
             pid.integral_gain *= 50.0;
@@ -457,16 +454,18 @@ mod tests {
     #[test]
     fn the_equivalent_damping_of_coulomb_friction_is_four_over_pi_of_it_per_velocity() {
         let coulomb = Stribeck { viscous_friction: 3e-3, ..stribeck(0.2, 0.2) };
-        let found = equivalent_damping(&coulomb, 2.0);
-        assert!((found - (4.0 * 0.2 / (PI * 2.0) + 3e-3)).abs() < 1e-5, "{found}");
+        let damping = equivalent_damping(&coulomb, 2.0);
+        assert!((damping - (4.0 * 0.2 / (PI * 2.0) + 3e-3)).abs() < 1e-5, "{damping}");
     }
 
     #[test]
     fn a_limit_cycle_has_the_amplitude_and_interval_of_its_swings() {
         let square = |k: usize| if (k / 300).is_multiple_of(2) { 0.01 } else { -0.02 };
         let swings: Vec<f64> = (0..3000).map(square).collect();
-        let found = Hunting::find(&swings, 1e-3, 2e-3).unwrap();
-        assert!((found.amplitude - 0.015).abs() < 1e-12 && (found.interval - 0.3).abs() < 1e-12 && found.slips == 9);
+        let hunting = Hunting::find(&swings, 1e-3, 2e-3).unwrap();
+        assert!(
+            (hunting.amplitude - 0.015).abs() < 1e-12 && (hunting.interval - 0.3).abs() < 1e-12 && hunting.slips == 9
+        );
         assert_eq!(Hunting::find(&swings, 1e-3, 0.04), None, "within the resolution");
         assert_eq!(Hunting::find(&swings[..700], 1e-3, 2e-3), None, "forth and back once");
         assert_eq!(Hunting::find(&[], 1e-3, 2e-3), None);

@@ -1,4 +1,4 @@
-//! The rendering law that is chosen, prepared for the bench.
+//! The selected rendering law, prepared for the bench.
 
 use stickslip_core::estimate::DriveObserver;
 use stickslip_core::render::{Admittance, BristleDifference, Karnopp, Law, SmoothDifference};
@@ -7,12 +7,12 @@ use crate::{Trust, difference_torque, drive_observer};
 use stickslip_base::Error;
 use stickslip_base::preset::{LawChoice, Model, Settings};
 
-/// How far the drive is looked ahead from the next tick, when a voltage begins to act: to the middle of the sample in
-/// which the current gets there [samples].
+/// Prediction horizon of the drive from the next tick, when a voltage starts to act: to the middle of the sample in
+/// which the current reaches its reference [samples].
 const AHEAD: f64 = 1.5;
 
-/// The rendering law that `settings.law` names, for the model of the machine. `None` for `auto`: which law that is, only
-/// simulations tell (`stickslip_simulate::rendering_law`).
+/// The rendering law named by `settings.law`, for the model of the machine. `None` for `auto`, which requires
+/// simulations (`stickslip_simulate::rendering_law`).
 ///
 /// # Errors
 /// As the design of the observer.
@@ -55,7 +55,7 @@ pub fn named_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<
     }))
 }
 
-/// Steps of the observer's model from the begin of what is looked ahead to its end.
+/// Steps of the observer's model from the start of the prediction to its end.
 fn ahead(observer: &DriveObserver<f64>) -> (usize, usize) {
     (0, (AHEAD * observer.steps as f64).round() as usize)
 }

@@ -1,4 +1,5 @@
-//! Design of observers and controllers: from a machine's numbers and a sampling time to the parameters of the blocks.
+//! Design of observers and controllers: from the parameters of a machine and a sampling time to the parameters of the
+//! blocks.
 //!
 //! Plain `f64`, may fail, runs when parameters change and never in the tick. Linear algebra is nalgebra's.
 #![forbid(unsafe_code)]
@@ -31,7 +32,7 @@ pub use axis_control::{preview, setpoint_features};
 pub use controller_kind::{as_cascade, as_pid, as_predictive, as_state_feedback};
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;
-pub use drive_observer::believed_drive;
+pub use drive_observer::modelled_drive;
 pub use drive_observer::{Trust, drive_observer};
 pub use error::DesignError;
 pub use hunting::{
@@ -80,12 +81,12 @@ pub fn within(
     }
 }
 
-/// Sampling times that make sense on a drive: 1 µs to 1 s.
+/// Accepted sampling times of a drive: 1 µs to 1 s.
 pub(crate) fn sampling_time(dt: f64) -> Result<(), Error> {
     within("the sampling time", dt, "s", (1e-6, 1.0), "Give the period in seconds: 1/tick_rate.")
 }
 
-/// `Err` with the first number of a matrix that is none.
+/// `Err` with the first element of a matrix that is not finite.
 pub(crate) fn finite(what: &'static str, matrix: &DMatrix<f64>) -> Result<(), Error> {
     match matrix.iter().find(|value| !value.is_finite()) {
         Some(&value) => Err(Error::NotFinite { what, value }),
@@ -95,10 +96,10 @@ pub(crate) fn finite(what: &'static str, matrix: &DMatrix<f64>) -> Result<(), Er
 
 /// `Err` unless the matrix is square and finite; its order.
 pub(crate) fn square(what: &'static str, matrix: &DMatrix<f64>) -> Result<usize, Error> {
-    let (found, expected) = (matrix.ncols(), matrix.nrows());
-    if found != expected {
-        let remedy = "A system matrix has as many columns as rows.";
-        return Err(Error::Dimension { what, found, expected, remedy });
+    let (columns, expected) = (matrix.ncols(), matrix.nrows());
+    if columns != expected {
+        let remedy = "A system matrix must have as many columns as rows.";
+        return Err(Error::Dimension { what, found: columns, expected, remedy });
     }
     finite(what, matrix)?;
     Ok(expected)
@@ -107,7 +108,7 @@ pub(crate) fn square(what: &'static str, matrix: &DMatrix<f64>) -> Result<usize,
 /// `Err` unless the vector has as many elements as the system has states.
 fn as_long_as_states(what: &'static str, vector: &DVector<f64>, states: usize) -> Result<(), Error> {
     if vector.len() != states {
-        let remedy = "It has one element a state.";
+        let remedy = "It must have one element for each state.";
         return Err(Error::Dimension { what, found: vector.len(), expected: states, remedy });
     }
     match vector.iter().find(|value| !value.is_finite()) {

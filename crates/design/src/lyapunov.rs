@@ -1,4 +1,4 @@
-//! How much noise a stable system keeps.
+//! Stationary noise of a stable system.
 
 use crate::DesignError;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
@@ -9,7 +9,7 @@ use stickslip_base::Error;
 /// Squarings until a radius is known to rounding: ‖Aⁿ‖^(1/n) with n = 2⁵⁰.
 const SQUARINGS: i32 = 50;
 
-/// Sweeps of the QR iteration per state before it is given up.
+/// Sweeps of the QR iteration per state before it fails.
 const SWEEPS: usize = 100;
 
 /// Magnitude of the largest eigenvalue, lim ‖Aⁿ‖^(1/n) (Gelfand), by repeated squaring.
@@ -31,21 +31,21 @@ pub fn spectral_radius(a: &DMatrix<f64>) -> Result<f64, Error> {
 
 /// Stationary covariance P = A·P·Aᵀ + Q of x⁺ = A·x + w with white w of covariance Q.
 ///
-/// With the Schur form A = U·T·Uᴴ, column after column from the last one (Kitagawa, Int. J. Control 25 (1977) 745): to
-/// rounding also where modes are slow and states of very different size. `Err` where the spectral radius of A is not
-/// below 1.
+/// With the Schur form A = U·T·Uᴴ, column after column from the last one (Kitagawa, Int. J. Control 25 (1977) 745):
+/// accurate to rounding also with slow modes and states of very different size. `Err` unless the spectral radius of A
+/// is below 1.
 pub fn discrete_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     let expected = square("the system matrix", a)?;
-    let found = square("the noise covariance", q)?;
-    if found != expected {
-        let remedy = "The noise covariance is of the system's order.";
-        return Err(Error::Dimension { what: "the noise covariance", found, expected, remedy });
+    let order = square("the noise covariance", q)?;
+    if order != expected {
+        let remedy = "The noise covariance must have the system's order.";
+        return Err(Error::Dimension { what: "the noise covariance", found: order, expected, remedy });
     }
     let spectral_radius = spectral_radius(a)?;
-    // Closer to 1 the sum has no digits left.
+    // Closer to 1 the sum has no valid digits.
     let limit = 1.0 - 1e-12;
     if spectral_radius >= limit {
-        let remedy = "Choose stable poles, or leave the integrating state out.";
+        let remedy = "Choose stable poles, or remove the integrating state.";
         return Err(DesignError::Unstable { spectral_radius, limit, remedy }.into());
     }
     let failed = || Error::NotSolvable {
@@ -57,14 +57,14 @@ pub fn discrete_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatrix<f
     let source = u.adjoint() * complex(q) * &u;
     let mut solution = DMatrix::zeros(expected, expected);
     for j in (0..expected).rev() {
-        // What the columns behind this one bring into it.
+        // Contribution of the columns after this one.
         let mut behind = DVector::zeros(expected);
         for k in j + 1..expected {
             behind += solution.column(k) * t[(j, k)].conj();
         }
         let right = source.column(j) + &t * behind;
-        let left = DMatrix::identity(expected, expected) - &t * t[(j, j)].conj();
-        solution.set_column(j, &left.solve_upper_triangular(&right).ok_or_else(failed)?);
+        let matrix = DMatrix::identity(expected, expected) - &t * t[(j, j)].conj();
+        solution.set_column(j, &matrix.solve_upper_triangular(&right).ok_or_else(failed)?);
     }
     let covariance = (&u * solution * u.adjoint()).map(|value| value.re);
     finite("the covariance", &covariance)?;

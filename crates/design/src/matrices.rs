@@ -5,17 +5,17 @@ use stickslip_core::control::{INPUTS, LinearController, STATES};
 
 use stickslip_base::preset::ControllerMatrices;
 
-/// Singular values below this share of the largest are 0: an integrator among the states.
+/// Share of the largest singular value below which others are 0: an integrator among the states.
 const SINGULAR: f64 = 1e-13;
 
-/// The controller that matrices state.
+/// The controller of these matrices.
 ///
-/// It takes over with the states that have settled in the motion it finds:
+/// When it is activated, its states have their steady values for the present motion:
 ///
-///   (I − A)·S = B·V,   V: what comes in per deviation, per velocity, per torque, per added torque
+///   (I − A)·S = B·V,   V: inputs per deviation, per velocity, per torque, per added torque
 ///
-/// An integrator among the states never settles; it starts with the least that solves this, and the controller's own
-/// integral takes the rest of the torque.
+/// An integrator among the states has no steady value; it starts with the smallest solution, and the controller's own
+/// integral has the rest of the torque.
 pub fn linear_controller(matrices: &ControllerMatrices<f64>) -> LinearController<f64> {
     let ControllerMatrices { system, input, output, direct, integral_gain, sampling_time, torque_limit } = *matrices;
     let still = DMatrix::from_fn(STATES, STATES, |i, j| f64::from(u8::from(i == j)) - system[i][j]);
@@ -28,7 +28,7 @@ pub fn linear_controller(matrices: &ControllerMatrices<f64>) -> LinearController
     let moved = moved * motions;
     let factors = still.clone().svd(true, true);
     let least = SINGULAR * factors.singular_values.max();
-    // Elimination is the more exact of both where units differ much, and has no answer for an integrator.
+    // Elimination is more exact for very different units, and has no solution for an integrator.
     let solved =
         if factors.rank(least) == STATES { still.lu().solve(&moved) } else { factors.solve(&moved, least).ok() };
     let settled = solved.unwrap_or_else(|| DMatrix::zeros(STATES, 4));
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pid_controller_by_its_matrices_gives_the_torque_of_the_block_from_where_it_takes_over() {
+    fn a_pid_controller_by_its_matrices_has_the_torque_of_the_block_after_its_activation() {
         let (pid, dt) = (Pid::<f64> { torque_limit: 1e3, ..Pid::default() }, 1e-3);
         let stated = of_pid(&pid, dt);
         let input = |k: u32| ControllerInput {
@@ -74,9 +74,9 @@ mod tests {
         let (mut one, mut other) = (pid.take_over(0.3, input(0)), stated.take_over(0.3, input(0)));
         for k in 0..2000 {
             let expected = pid.step(&mut one, input(k), dt).torque;
-            let given = stated.step(&mut other, input(k), dt).torque;
-            assert!(k > 0 || (given - 0.3).abs() < 1e-12, "{given}");
-            assert!((given - expected).abs() < 1e-9, "{k}: {given} {expected}");
+            let torque = stated.step(&mut other, input(k), dt).torque;
+            assert!(k > 0 || (torque - 0.3).abs() < 1e-12, "{torque}");
+            assert!((torque - expected).abs() < 1e-9, "{k}: {torque} {expected}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Gains that put the poles of a sampled system where they are wanted.
+//! Pole placement for sampled systems.
 
 use crate::DesignError;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -9,7 +9,7 @@ use stickslip_base::Error;
 /// Below this reciprocal condition of the scaled controllability matrix the gains have fewer than four digits.
 const WORST_CONDITION: f64 = 1e-12;
 
-/// When the output that corrects an observer was measured.
+/// Sampling time of the output that corrects an observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ObserverForm {
     /// One sample ago: x̂⁺ = A·x̂ + B·u + L·(y − C·x̂), poles of A − L·C.
@@ -18,12 +18,12 @@ pub enum ObserverForm {
     Current,
 }
 
-/// State feedback u = −kᵀ·x of x⁺ = A·x + b·u with the poles of A − b·kᵀ as given (Ackermann).
+/// State feedback u = −kᵀ·x of x⁺ = A·x + b·u with given poles of A − b·kᵀ (Ackermann).
 ///
-/// kᵀ = (0 … 0 1)·[b A·b … Aⁿ⁻¹·b]⁻¹·p(A). The controllability matrix is scaled in rows and columns first: states of
-/// different units and a short sampling time are no reason for a bad condition.
+/// kᵀ = (0 … 0 1)·[b A·b … Aⁿ⁻¹·b]⁻¹·p(A). The controllability matrix is scaled in rows and columns first, so
+/// that different units of the states and a short sampling time do not affect the condition.
 pub fn place_poles(a: &DMatrix<f64>, b: &DVector<f64>, poles: &[Complex<f64>]) -> Result<DVector<f64>, Error> {
-    let remedy = "Give the input a way to each state, or leave out the states that it does not reach.";
+    let remedy = "Connect the input to each state, or remove the states that it does not reach.";
     ackermann(a, b, poles, "controllable", remedy)
 }
 
@@ -36,13 +36,13 @@ pub fn observer_gain(
     form: ObserverForm,
 ) -> Result<DVector<f64>, Error> {
     as_long_as_states("the output vector", c, square("the system matrix", a)?)?;
-    let seen = match form {
+    let output = match form {
         ObserverForm::Predictor => c.clone(),
         ObserverForm::Current => a.transpose() * c,
     };
-    let remedy = "Measure more, or leave out the states that the output does not show (for the current form also \
-                  states that are gone after one sample).";
-    ackermann(&a.transpose(), &seen, poles, "observable", remedy)
+    let remedy = "Measure more, or remove the states that the output does not depend on (for the current form also \
+     states that vanish after one sample).";
+    ackermann(&a.transpose(), &output, poles, "observable", remedy)
 }
 
 fn ackermann(
@@ -55,7 +55,7 @@ fn ackermann(
     let order = square("the system matrix", a)?;
     as_long_as_states("the input vector", b, order)?;
     if poles.len() != order {
-        let remedy = "Give one pole a state.";
+        let remedy = "Give one pole for each state.";
         return Err(Error::Dimension { what: "the list of poles", found: poles.len(), expected: order, remedy });
     }
     let polynomial = characteristic(a, poles)?;
@@ -94,7 +94,7 @@ fn equilibrate(matrix: &mut DMatrix<f64>) -> (DVector<f64>, DVector<f64>) {
     (rows, columns)
 }
 
-/// p(A) of the polynomial with these roots, as a product of real factors: what is close to 0 stays exact.
+/// p(A) of the polynomial with these roots, as a product of real factors, exact near 0.
 fn characteristic(a: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<DMatrix<f64>, Error> {
     let identity = DMatrix::identity(a.nrows(), a.nrows());
     let mut product = identity.clone();

@@ -1,4 +1,4 @@
-//! Predictive control from a state feedback: what it will do, and how far it is from its limits.
+//! Predictive control from a state feedback: its predicted course and the distance from its limits.
 
 use nalgebra::{DMatrix, DVector};
 use stickslip_core::control::{
@@ -10,12 +10,12 @@ use super::state_feedback::{ANGLE, TACHO, VELOCITY};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, PredictiveFeedback};
 
-/// Weight of the distance from the limits against that from the course without limits, and the size of what velocities
-/// count as. They decide how soon the iteration is near its end, not where that is; found by trial on `prototype`.
+/// Weight of the distance from the limits against that from the course without limits, and scale of the velocities.
+/// They determine the speed of the iteration, not its result; found by trial on `prototype`.
 const PENALTY: f64 = 8.0;
 const VELOCITIES: f64 = 5.0;
 
-/// The predictive controller of what is stated, sampled with `dt` [s].
+/// The configured predictive controller, sampled with `dt` [s].
 ///
 /// # Errors
 /// As [`state_feedback`].
@@ -29,12 +29,12 @@ pub fn predictive(choice: &PredictiveFeedback<f64>, model: &Model<f64>, dt: f64)
         free_torque[cause] = torque;
         free_velocity[cause] = std::array::from_fn(|k| velocity[(k + 1) * STRIDE - 1]);
     }
-    // The closed loop's answer to a torque that is added: what this very sample's torque makes of the later ones.
+    // Response of the closed loop to an added torque: effect of this sample's torque on the later ones.
     let later = free_torque[STATES + 1];
     let answers = DMatrix::from_fn(HORIZON, HORIZON, |i, j| if i < j { 0.0 } else { later[i - j] });
     let singular = || Error::NotSolvable {
         what: "the course of a predictive controller",
-        remedy: "Its state feedback hardly acts on the drive: let deviations be worth more (bench.controller.feedback).",
+        remedy: "Its state feedback has hardly any effect: increase the weight of deviations (bench.controller.feedback).",
     };
     let back = answers.try_inverse().ok_or_else(singular)?;
     let unscaled = course.answer();
@@ -71,13 +71,13 @@ pub fn predictive(choice: &PredictiveFeedback<f64>, model: &Model<f64>, dt: f64)
     })
 }
 
-/// The drive as its controller believes it, under this controller, with nothing that surprises.
+/// The modelled drive under its controller, without disturbances.
 struct Course<'a> {
     linear: &'a LinearController<f64>,
 }
 
 impl Course<'_> {
-    /// Torques of this sample and the next ones, and velocities behind each, from one cause.
+    /// Torques of this sample and the next ones, and velocities after each, from one cause.
     fn free(&self, cause: usize) -> ([f64; HORIZON], [f64; HORIZON]) {
         let linear = self.linear;
         let dt = linear.sampling_time;
@@ -89,23 +89,15 @@ impl Course<'_> {
         let (mut torques, mut velocities) = ([0.0; HORIZON], [0.0; HORIZON]);
         for k in 0..HORIZON {
             torques[k] = torque;
-            // What encoder and tacho will show, and how far the set-point goes until then.
-            let gone = dt * (velocity + 0.5 * dt * acceleration);
+            // Predicted encoder and tacho, and the way of the set-point until then.
+            let way = dt * (velocity + 0.5 * dt * acceleration);
             velocity += dt * acceleration;
-            let deviation = states[ANGLE] - gone;
-            let seen = DVector::from_row_slice(&[
-                deviation,
-                states[TACHO],
-                gone,
-                velocity,
-                acceleration,
-                torque,
-                added,
-                added,
-            ]);
-            let demand = self.output().dot(&states) + self.direct().dot(&seen) + integral;
+            let deviation = states[ANGLE] - way;
+            let measured =
+                DVector::from_row_slice(&[deviation, states[TACHO], way, velocity, acceleration, torque, added, added]);
+            let demand = self.output().dot(&states) + self.direct().dot(&measured) + integral;
             integral -= linear.integral_gain * deviation * dt;
-            states = self.system() * &states + self.input() * &seen;
+            states = self.system() * &states + self.input() * &measured;
             torque = demand;
             velocities[k] = states[VELOCITY];
         }
@@ -114,7 +106,7 @@ impl Course<'_> {
 
     /// Velocity of the load k + 1 samples after a torque [rad/s per N m], without control.
     fn answer(&self) -> [f64; HORIZON] {
-        // What is measured is what is predicted: the observer is the drive.
+        // Measured values equal the predicted ones: the observer is the drive.
         let mut phi = self.system();
         let input = self.input();
         for (column, state) in [(0, ANGLE), (1, TACHO)] {

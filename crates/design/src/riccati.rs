@@ -6,13 +6,13 @@ use nalgebra::DMatrix;
 use super::{finite, square};
 use stickslip_base::Error;
 
-/// Doublings until the filter's covariance is known to rounding: 2⁴⁰ samples.
+/// Doublings until the filter's covariance is exact to rounding: 2⁴⁰ samples.
 const DOUBLINGS: usize = 40;
 
 /// A stationary Kalman filter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KalmanFilter {
-    /// Gain K of x̂ = x̄ + K·(y − C·x̄), a row a state and a column an output.
+    /// Gain K of x̂ = x̄ + K·(y − C·x̄), one row for each state and one column for each output.
     pub gain: DMatrix<f64>,
     /// Covariance of the estimate x̂.
     pub covariance: DMatrix<f64>,
@@ -24,8 +24,8 @@ pub struct KalmanFilter {
 /// Structured doubling of P = A·P·Aᵀ − A·P·Cᵀ·(C·P·Cᵀ + R)⁻¹·C·P·Aᵀ + Q (Chu, Fan, Lin 2005): k steps are 2ᵏ samples.
 ///
 /// # Errors
-/// What is no number, R that is not positive definite, and what does not converge: a state that neither the outputs
-/// show nor dies out.
+/// Non-finite numbers, R that is not positive definite, and no convergence: a state that is neither observable nor
+/// decays.
 pub fn kalman_filter(
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,
@@ -43,41 +43,41 @@ pub fn kalman_filter(
     Ok(KalmanFilter { gain, covariance })
 }
 
-/// What no output shows and does not die out.
+/// An unobservable state that does not decay.
 fn unobservable() -> Error {
-    let remedy = "Measure more, or leave out the states that the outputs do not show.";
+    let remedy = "Measure more, or remove the states that the outputs do not depend on.";
     DesignError::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }.into()
 }
 
-/// What no input reaches and does not die out.
+/// An uncontrollable state that does not decay.
 fn uncontrollable() -> Error {
-    let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
+    let remedy = "Connect the inputs to each state, or remove the states that they do not reach.";
     DesignError::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }.into()
 }
 
 /// R⁻¹ of a positive definite R.
 fn inverse_of_weight(r: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     square("the weight R", r)?;
-    let remedy = "Give each output a noise, or each input a cost, that is above 0.";
+    let remedy = "The noise of each output, or the cost of each input, must be above 0.";
     let indefinite = || Error::NotSolvable { what: "the inverse of the weight R", remedy };
     Ok(r.clone().cholesky().ok_or_else(indefinite)?.inverse())
 }
 
-/// The solution X of X = S·X·Sᵀ − … for `step` Sᵀ, what is seen G and the source Q, by structured doubling; `None` where it
-/// does not exist.
-fn stationary(mut step: DMatrix<f64>, mut seen: DMatrix<f64>, source: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+/// The solution X of X = S·X·Sᵀ − … for `step` Sᵀ, the information G and the source Q, by structured doubling; `None`
+/// if it does not exist.
+fn stationary(mut step: DMatrix<f64>, mut information: DMatrix<f64>, source: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let identity = DMatrix::<f64>::identity(step.nrows(), step.nrows());
     let mut covariance = source.clone();
     for _ in 0..DOUBLINGS {
-        let lu = (&identity + &seen * &covariance).lu();
+        let lu = (&identity + &information * &covariance).lu();
         let forward = lu.solve(&step)?;
-        let spread = (&identity + &covariance * &seen).lu().solve(&step.transpose())?;
+        let spread = (&identity + &covariance * &information).lu().solve(&step.transpose())?;
         let more = step.transpose() * &covariance * &forward;
-        seen = &seen + &step * &seen * &spread;
+        information = &information + &step * &information * &spread;
         step = &step * &forward;
         covariance += &more;
         covariance = 0.5 * (&covariance + covariance.transpose());
-        seen = 0.5 * (&seen + seen.transpose());
+        information = 0.5 * (&information + information.transpose());
         if more.amax() <= 1e-14 * covariance.amax() {
             return Some(covariance);
         }
@@ -88,9 +88,9 @@ fn stationary(mut step: DMatrix<f64>, mut seen: DMatrix<f64>, source: &DMatrix<f
 /// A state feedback u = −K·x with the least cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regulator {
-    /// Gain K, a row an input and a column a state.
+    /// Gain K, one row for each input and one column for each state.
     pub gain: DMatrix<f64>,
-    /// Cost P of a state: xᵀ·P·x is what it costs to bring it to rest.
+    /// Cost P of a state: xᵀ·P·x is the cost of bringing it to rest.
     pub cost: DMatrix<f64>,
 }
 
@@ -98,8 +98,8 @@ pub struct Regulator {
 /// system. Without `cross` N is 0.
 ///
 /// # Errors
-/// What is no number, R that is not positive definite, and what does not converge: a state that the inputs do not reach and that
-/// does not die out.
+/// Non-finite numbers, R that is not positive definite, and no convergence: a state that the inputs do not reach and
+/// that does not decay.
 pub fn linear_quadratic_regulator(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -109,7 +109,7 @@ pub fn linear_quadratic_regulator(
 ) -> Result<Regulator, Error> {
     square("the system matrix", a)?;
     let inverse = inverse_of_weight(r)?;
-    // With a cross term: u = v − R⁻¹·Nᵀ·x takes it away.
+    // With a cross term: u = v − R⁻¹·Nᵀ·x removes it.
     let shift = cross.map(|n| &inverse * n.transpose());
     let (moved, weight) = match (&shift, cross) {
         (Some(shift), Some(n)) => (a - b * shift, q - n * shift),
@@ -117,8 +117,8 @@ pub fn linear_quadratic_regulator(
     };
     let cost = stationary(moved.clone(), b * inverse * b.transpose(), &weight).ok_or_else(uncontrollable)?;
     finite("the cost of the regulator", &cost)?;
-    let weighed = b.transpose() * &cost;
-    let gain = (&weighed * b + r).lu().solve(&(weighed * moved)).ok_or_else(uncontrollable)?;
+    let weighted = b.transpose() * &cost;
+    let gain = (&weighted * b + r).lu().solve(&(weighted * moved)).ok_or_else(uncontrollable)?;
     finite("the gain of the regulator", &gain)?;
     Ok(Regulator { gain: shift.map_or_else(|| gain.clone(), |shift| &gain + shift), cost })
 }
@@ -140,7 +140,7 @@ pub fn continuous_regulator(
     let inverse = inverse_of_weight(r)?;
     let reached = b * &inverse * b.transpose();
     finite("the system matrix", a)?;
-    // Beyond every pole, so that none is mapped far out; powers of two round nothing.
+    // Beyond every pole, so that none is mapped far out; powers of two are exact.
     let rate = libm::exp2(libm::ceil(libm::log2(2.0 * a.norm().max(reached.norm()).max(1e-300))));
     let identity = DMatrix::<f64>::identity(order, order);
     let back = (a - rate * &identity).try_inverse().ok_or_else(uncontrollable)?;
@@ -148,9 +148,9 @@ pub fn continuous_regulator(
     let weight = 2.0 * rate * joint.solve(&(q * &back)).ok_or_else(uncontrollable)?;
     let both = (a - rate * &identity + &reached * back.transpose() * q).lu();
     let step = &identity + 2.0 * rate * both.solve(&identity).ok_or_else(uncontrollable)?;
-    let seen = 2.0 * rate * both.solve(&(&reached * back.transpose())).ok_or_else(uncontrollable)?;
+    let information = 2.0 * rate * both.solve(&(&reached * back.transpose())).ok_or_else(uncontrollable)?;
     let half = |matrix: DMatrix<f64>| 0.5 * (&matrix + matrix.transpose());
-    let cost = stationary(step, half(seen), &half(weight)).ok_or_else(uncontrollable)?;
+    let cost = stationary(step, half(information), &half(weight)).ok_or_else(uncontrollable)?;
     finite("the cost of the regulator", &cost)?;
     Ok(Regulator { gain: inverse * b.transpose() * &cost, cost })
 }
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wandering_number_is_filtered_as_the_closed_form_says() {
+    fn a_random_walk_is_filtered_as_the_closed_form() {
         // x⁺ = x + w, y = x + v with unit variances: P̄ = P̄ − P̄²/(P̄ + 1) + 1, the golden ratio; K = P̄/(P̄ + 1).
         let one = DMatrix::from_element(1, 1, 1.0);
         let filter = kalman_filter(&one, &one, &one, &one).expect("an observable number");
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_that_no_input_reaches_is_refused_unless_it_dies_out() {
+    fn an_uncontrollable_state_is_refused_unless_it_decays() {
         let one = DMatrix::identity(2, 2);
         let b = DMatrix::from_row_slice(2, 1, &[1.0, 0.0]);
         let r = DMatrix::from_element(1, 1, 1.0);
@@ -233,30 +233,30 @@ mod tests {
         };
         assert!(regulator(1.1).is_err());
         // The golden section, as for the filter.
-        let gain = regulator(0.5).expect("the rest dies out").gain;
+        let gain = regulator(0.5).expect("the rest decays").gain;
         assert!((gain[0] - (5f64.sqrt() - 1.0) / 2.0).abs() < 1e-12, "{gain}");
     }
 
     #[test]
-    fn what_nobody_sees_and_does_not_die_out_is_refused() {
+    fn an_unobservable_state_that_does_not_decay_is_refused() {
         let a = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.1]);
         let c = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
         let noise = DMatrix::identity(2, 2);
         assert!(kalman_filter(&a, &c, &noise, &DMatrix::from_element(1, 1, 1.0)).is_err());
         assert!(
             kalman_filter(&a, &c, &noise, &DMatrix::from_element(1, 1, 0.0)).is_err(),
-            "without noise there is nothing to weigh"
+            "without noise there is no weight"
         );
     }
 
     #[test]
-    fn what_neither_dies_out_nor_is_seen_or_reached_has_no_stationary_solution() {
+    fn a_marginal_state_out_of_reach_has_no_stationary_solution() {
         let a = DMatrix::<f64>::identity(2, 2);
-        let seen = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let output = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
         let (q, r) = (DMatrix::identity(2, 2), DMatrix::from_element(1, 1, 1.0));
-        let refused = kalman_filter(&a, &seen, &q, &r).unwrap_err();
+        let refused = kalman_filter(&a, &output, &q, &r).unwrap_err();
         assert!(matches!(refused.of(), Some(DesignError::NotReachable { property: "observable", .. })), "{refused}");
-        let refused = linear_quadratic_regulator(&a, &seen.transpose(), &q, &r, None).unwrap_err();
+        let refused = linear_quadratic_regulator(&a, &output.transpose(), &q, &r, None).unwrap_err();
         assert!(matches!(refused.of(), Some(DesignError::NotReachable { property: "controllable", .. })), "{refused}");
     }
 

@@ -1,4 +1,4 @@
-//! The software side of the bench from what is believed of the machine.
+//! The software of the bench for a model of the machine.
 
 use stickslip_core::control::{Cascade, CurrentControl};
 use stickslip_core::cycle::Parameters;
@@ -13,13 +13,13 @@ use super::{
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
-/// Share of a current's deviation that is made up in a sample.
+/// Share of a current's deviation corrected in a sample.
 const SHARE: f64 = 0.7;
 
-/// The software side for what is believed of the machine and how the bench runs; the rendering law is off.
+/// The software for the model of the machine and the settings of the bench; the rendering law is off.
 ///
 /// # Errors
-/// Whatever [`velocity_observer`], [`current_control`] and [`arm_rendering`] refuse.
+/// Errors of [`velocity_observer`], [`current_control`] and [`arm_rendering`].
 pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
     let dt = settings.tick_time();
     Ok(Tick {
@@ -35,8 +35,7 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
     })
 }
 
-/// All that the software computes with, for what is believed of the machine and how the bench runs; the rendering law
-/// is off.
+/// All parameters of the software for the model of the machine and the settings of the bench; the rendering law is off.
 ///
 /// # Errors
 /// As [`software`] and [`brake`].
@@ -49,7 +48,7 @@ pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parame
     })
 }
 
-/// The brake of supervision, as stiff as [`speed_holder`] at the tacho. The encoder sits behind the coupling: there the
+/// The brake of supervision, as stiff as [`speed_holder`] at the tacho. The encoder is behind the coupling: there the
 /// loop crosses at a tenth of the coupling's resonance, whose peak then stays below 1 down to a damping of 5 %.
 ///
 /// # Errors
@@ -69,7 +68,7 @@ pub fn brake(model: &Model<f64>, settings: &Settings<f64>) -> Result<Brake<f64>,
 /// Current control of the load motor under a law: predictive where the law's observer predicts the current, else PI.
 ///
 /// # Errors
-/// Whatever [`current_control`] refuses.
+/// Errors of [`current_control`].
 pub fn load_current_control(
     law: &Law<f64>,
     model: &Model<f64>,

@@ -1,16 +1,17 @@
-//! State feedback with an observer, from what is believed of the drive.
+//! State feedback with an observer, from the model of the drive.
 //!
-//! The model has the two masses with their coupling, servo amplifier and tacho with their lags, and a load torque that
-//! wanders. A torque computed from a sample is in force from the next one on: the observer predicts the states for that
-//! instant, with the torque that acts until then, so the feedback knows no delay.
+//! The model has the two masses with their coupling, servo amplifier and tacho with their lags, and a varying load
+//! torque. A torque computed from a sample acts from the next one on: the observer predicts the states for that
+//! instant, with the torque that acts until then, so that the feedback has no delay.
 //!
 //!   x̂ = x̄ + L·(y − C·x̄),   x̄⁺ = Φ·x̂ + Γ·M₋ + Γ_c·M_c₋,   M = M_r − K·(x̄⁺ − x_r⁺) − K_z·∑ T·(φ − r)
 //!
-//! What compensation of friction adds, M_c, acts on the motor and is met by that friction on the load: between both it
-//! twists the coupling. An observer that is not told so corrects the twist, and friction is compensated more than once.
+//! The torque added by the compensation of friction, M_c, acts on the motor and is balanced by the friction on the
+//! load: together they twist the coupling. An observer without this information corrects the twist, and friction is
+//! compensated more than once.
 //!
-//! An elastic arm on the carriage has an observer of its own, decentralised: nothing is measured at it, the observed motion
-//! of the carriage drives it, and to the observer of the drive it is a load. The gains are those of drive and arm together.
+//! An elastic arm on the carriage has a separate, decentralised observer: it has no sensor, the observed motion of the
+//! carriage drives it, and for the observer of the drive it is a load. The gains are those of drive and arm together.
 
 use std::f64::consts::TAU;
 
@@ -33,30 +34,30 @@ pub(super) const VELOCITY: usize = 3;
 const LOAD: usize = 4;
 pub(super) const TACHO: usize = 5;
 const TORQUE: usize = 6;
-/// So many states has the drive; an arm has two more: its twist and the rate of it.
+/// Number of states of the drive; an arm has two more: its twist and the rate of it.
 const ORDER: usize = 7;
 const ARM_TWIST: usize = 7;
 const ARM_RATE: usize = 8;
 
-/// States that the controller moves; those of an arm besides.
+/// States that the controller can move, without those of an arm.
 const MOVED: [usize; 5] = [ANGLE, TWIST, MOTOR_VELOCITY, VELOCITY, TORQUE];
 
-/// Share of the encoder's variance that counts where its angle is taken as it is.
+/// Share of the encoder's variance for an angle that is used without filtering.
 const EXACT: f64 = 1e-6;
 
 /// The drive over a sample of the controller.
 #[derive(Clone, Debug)]
 pub(crate) struct SampledDrive {
-    /// What becomes of each state.
+    /// System matrix.
     pub(crate) phi: DMatrix<f64>,
-    /// What a torque asked of the servo amplifier does.
+    /// Input vector of the commanded torque.
     pub(crate) gamma: DVector<f64>,
-    /// Covariance of what is added to the states.
+    /// Covariance of the process noise.
     noise: DMatrix<f64>,
 }
 
 impl SampledDrive {
-    /// The drive, to which an arm is a load; what of the arm moves with the carriage is known.
+    /// The drive with an arm as a load; the arm's inertia on the carriage is modelled.
     pub(crate) fn new(choice: &StateFeedback<f64>, model: &Model<f64>, dt: f64) -> Result<Self, Error> {
         let (a, b) = rates(choice, model);
         let (a, b) = (a.view((0, 0), (ORDER, ORDER)).into_owned(), b.rows(0, ORDER).into_owned());
@@ -76,18 +77,17 @@ impl SampledDrive {
         model: &Model<f64>,
         dt: f64,
     ) -> Result<Self, Error> {
-        let believed = choice.observer.disturbances();
+        let disturbances = choice.observer.disturbances();
         let mut density = DMatrix::<f64>::zeros(a.nrows(), a.nrows());
-        density[(MOTOR_VELOCITY, MOTOR_VELOCITY)] = (believed.motor_torque / model.drive.motor_inertia).powi(2);
-        density[(LOAD, LOAD)] = believed.load_torque.powi(2);
+        density[(MOTOR_VELOCITY, MOTOR_VELOCITY)] = (disturbances.motor_torque / model.drive.motor_inertia).powi(2);
+        density[(LOAD, LOAD)] = disturbances.load_torque.powi(2);
         let noise = sampled_noise(a, &density, dt)?;
         let (phi, gamma) = zero_order_hold(a, b, dt)?;
         Ok(SampledDrive { phi, gamma: gamma.column(0).into_owned(), noise })
     }
 
-    /// The two observers, that of the drive and that of the arm, as one: the arm swings on while the carriage goes steadily
-    /// from the velocity that is observed to the one that is predicted; what corrects the carriage leaves the arm where
-    /// it is.
+    /// Both observers, of the drive and of the arm, as one: the arm swings freely while the carriage moves steadily
+    /// from the observed velocity to the predicted one; corrections of the carriage leave the arm unchanged.
     fn with_arm(&self, gain: &DMatrix<f64>, arm: &ArmDamping<f64>, dt: f64) -> Result<(Self, DMatrix<f64>), Error> {
         let order = ARM_RATE + 1;
         let mut phi = self.phi.clone().resize(order, order, 0.0);
@@ -108,23 +108,23 @@ impl SampledDrive {
         Ok((SampledDrive { phi, gamma, noise: self.noise.clone() }, gain))
     }
 
-    /// The gain L of the observer: a row a state, a column for encoder and tacho each.
+    /// The gain L of the observer: one row for each state, one column each for encoder and tacho.
     fn observer(&self, choice: &Observation<f64>, model: &Model<f64>) -> Result<DMatrix<f64>, Error> {
         let count = (TAU / model.encoder.counts_per_revolution).powi(2) / 12.0;
         let sensors = [count, slow_tacho(model).powi(2)];
-        // The filter that sees these states by these sensors.
-        let filter = |states: &[usize], seen: &[(usize, usize, f64)]| {
+        // The filter of these states with these sensors.
+        let filter = |states: &[usize], measured: &[(usize, usize, f64)]| {
             let a = self.phi.select_rows(states).select_columns(states);
             let q = self.noise.select_rows(states).select_columns(states);
-            let mut c = DMatrix::zeros(seen.len(), states.len());
-            let mut r = DMatrix::zeros(seen.len(), seen.len());
-            for (row, &(sensor, state, share)) in seen.iter().enumerate() {
+            let mut c = DMatrix::zeros(measured.len(), states.len());
+            let mut r = DMatrix::zeros(measured.len(), measured.len());
+            for (row, &(sensor, state, share)) in measured.iter().enumerate() {
                 c[(row, state - states[0])] = 1.0;
                 r[(row, row)] = share * sensors[sensor];
             }
             let gain = kalman_filter(&a, &c, &q, &r)?.gain;
             let mut all = DMatrix::zeros(ORDER, sensors.len());
-            for (column, &(sensor, ..)) in seen.iter().enumerate() {
+            for (column, &(sensor, ..)) in measured.iter().enumerate() {
                 for (row, &state) in states.iter().enumerate() {
                     all[(state, sensor)] = gain[(row, column)];
                 }
@@ -162,8 +162,8 @@ impl SampledDrive {
             (a[(order - 1, order - 1)], a[(order - 1, ANGLE)]) = (1.0, dt);
         }
         let gains = match &choice.regulator {
-            Regulation::Quadratic(wanted) => least_squares(&a, &b, wanted, choice)?,
-            Regulation::Poles(wanted) => place_poles(&a, &b, &poles(wanted, choice, model, dt))?,
+            Regulation::Quadratic(target) => least_squares(&a, &b, target, choice)?,
+            Regulation::Poles(target) => place_poles(&a, &b, &poles(target, choice, model, dt))?,
         };
         let mut all = DVector::zeros(self.phi.nrows());
         for (gain, state) in gains.iter().zip(moved) {
@@ -172,7 +172,7 @@ impl SampledDrive {
         if integrates {
             return Ok((all, gains[order - 1]));
         }
-        // A load torque that is known is met; of it, what the arm makes is no load to the regulator.
+        // The observed load torque is compensated; the arm's part of it is not a load to the regulator.
         all[LOAD] = -1.0;
         if let DampedArm::Elastic(arm) = &choice.arm {
             all[ARM_TWIST] -= arm.believed.stiffness;
@@ -182,7 +182,7 @@ impl SampledDrive {
     }
 }
 
-/// Rates of all states, and what the torque that is asked for does to them; an arm's states stand behind the drive's.
+/// Rates of all states, and effect of the commanded torque on them; an arm's states follow those of the drive.
 fn rates(choice: &StateFeedback<f64>, model: &Model<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let arm = if let DampedArm::Elastic(arm) = &choice.arm { Some(&arm.believed) } else { None };
     let mut drive = model.drive;
@@ -199,7 +199,7 @@ fn rates(choice: &StateFeedback<f64>, model: &Model<f64>) -> (DMatrix<f64>, DMat
         a[(VELOCITY, ARM_TWIST)] = arm.stiffness / drive.load_inertia;
         a[(VELOCITY, ARM_RATE)] = arm.damping / drive.load_inertia;
         a[(ARM_TWIST, ARM_RATE)] = 1.0;
-        // Relative to a carriage that moves away.
+        // Relative to the moving carriage.
         let carriage = a.row(VELOCITY).into_owned();
         a.row_mut(ARM_RATE).copy_from(&-carriage);
         a[(ARM_RATE, ARM_TWIST)] -= arm.stiffness / arm.inertia;
@@ -210,18 +210,18 @@ fn rates(choice: &StateFeedback<f64>, model: &Model<f64>) -> (DMatrix<f64>, DMat
     (a, b)
 }
 
-/// The feedback with the least sum of squares of what is wanted small, as a share of the torque limit.
+/// The feedback with the least sum of squares of the weighted deviations, as a share of the torque limit.
 fn least_squares(
     a: &DMatrix<f64>,
     b: &DVector<f64>,
-    wanted: &Quadratic<f64>,
+    weights: &Quadratic<f64>,
     choice: &StateFeedback<f64>,
 ) -> Result<DVector<f64>, Error> {
     let mut q = DMatrix::zeros(a.nrows(), a.nrows());
     let square = |tolerance: f64| 1.0 / (tolerance * tolerance);
-    q[(ANGLE, ANGLE)] = square(wanted.angle);
-    q[(VELOCITY, VELOCITY)] = square(wanted.velocity);
-    let vibration = square(wanted.vibration);
+    q[(ANGLE, ANGLE)] = square(weights.angle);
+    q[(VELOCITY, VELOCITY)] = square(weights.velocity);
+    let vibration = square(weights.vibration);
     for (row, column, sign) in [
         (MOTOR_VELOCITY, MOTOR_VELOCITY, 1.0),
         (MOTOR_VELOCITY, VELOCITY, -1.0),
@@ -235,26 +235,26 @@ fn least_squares(
     }
     if choice.compensates_load < 0.5 {
         let integral = a.nrows() - 1;
-        q[(integral, integral)] = square(wanted.angle * wanted.integral_time);
+        q[(integral, integral)] = square(weights.angle * weights.integral_time);
     }
     let r = DMatrix::from_element(1, 1, square(choice.torque_limit));
     let b = DMatrix::from_column_slice(b.len(), 1, b.as_slice());
     Ok(linear_quadratic_regulator(a, &b, &q, &r, None)?.gain.row(0).transpose())
 }
 
-/// The poles in z: drive and load together, the vibration at its own frequency, the arm at its own with the same damping,
-/// the servo amplifier, the integral.
-fn poles(wanted: &Poles<f64>, choice: &StateFeedback<f64>, model: &Model<f64>, dt: f64) -> Vec<Complex<f64>> {
+/// The poles in z: drive and load together, the vibration at its own frequency, the arm at its own with the same
+/// damping, the servo amplifier, the integral.
+fn poles(target: &Poles<f64>, choice: &StateFeedback<f64>, model: &Model<f64>, dt: f64) -> Vec<Complex<f64>> {
     let drive = &model.drive;
-    let mut poles = pair(wanted.bandwidth, wanted.damping, dt);
-    poles.extend(pair(drive.vibration(), wanted.vibration_damping, dt));
+    let mut poles = pair(target.bandwidth, target.damping, dt);
+    poles.extend(pair(drive.vibration(), target.vibration_damping, dt));
     let real = |rate: f64| Complex::new(libm::exp(-rate * dt), 0.0);
     poles.push(real(1.0 / model.servo_lag));
     if let DampedArm::Elastic(arm) = &choice.arm {
-        poles.extend(pair(arm.believed.angular_frequency(), wanted.vibration_damping, dt));
+        poles.extend(pair(arm.believed.angular_frequency(), target.vibration_damping, dt));
     }
     if choice.compensates_load < 0.5 {
-        poles.push(real(wanted.integral_rate));
+        poles.push(real(target.integral_rate));
     }
     poles
 }
@@ -272,40 +272,40 @@ fn pair(frequency: f64, damping: f64, dt: f64) -> Vec<Complex<f64>> {
     }
 }
 
-/// The controller that a state feedback is, sampled with `dt` [s].
+/// The controller of a state feedback, sampled with `dt` [s].
 ///
 /// # Errors
-/// What [`kalman_filter`], [`linear_quadratic_regulator`] and [`place_poles`] refuse: poles that the torque does not
-/// reach. [`Error::NotSolvable`] where two observers that do not know each other let an arm swing up.
+/// Errors of [`kalman_filter`], [`linear_quadratic_regulator`] and [`place_poles`]: poles that the torque does not
+/// reach. [`Error::NotSolvable`] if the two separate observers make an arm unstable.
 pub fn state_feedback(
     choice: &StateFeedback<f64>,
     model: &Model<f64>,
     dt: f64,
 ) -> Result<LinearController<f64>, Error> {
-    let seen = SampledDrive::new(choice, model, dt)?;
-    let gain = seen.observer(&choice.observer, model)?;
+    let drive = SampledDrive::new(choice, model, dt)?;
+    let gain = drive.observer(&choice.observer, model)?;
     let DampedArm::Elastic(arm) = &choice.arm else {
-        let (k, integral_gain) = seen.regulator(choice, model, dt)?;
-        return Ok(controller(&seen, &gain, &k, integral_gain, choice, model, dt));
+        let (k, integral_gain) = drive.regulator(choice, model, dt)?;
+        return Ok(controller(&drive, &gain, &k, integral_gain, choice, model, dt));
     };
     let whole = SampledDrive::whole(choice, model, dt)?;
     let (k, integral_gain) = whole.regulator(choice, model, dt)?;
-    let (seen, gain) = seen.with_arm(&gain, arm, dt)?;
-    let controller = controller(&seen, &gain, &k, integral_gain, choice, model, dt);
+    let (drive, gain) = drive.with_arm(&gain, arm, dt)?;
+    let controller = controller(&drive, &gain, &k, integral_gain, choice, model, dt);
     let slowest = whole.under(&controller).complex_eigenvalues().iter().map(|&pole| size(pole)).fold(0.0, f64::max);
     if slowest < 1.0 {
         return Ok(controller);
     }
     Err(Error::NotSolvable {
-        what: "a state feedback whose two observers, of the drive and of the arm, hold the arm together",
-        remedy: "Let the arm's twist be worth less (bench.controller.arm.twist), or the observer of the drive be faster \
-                 (bench.controller.observer.load_torque).",
+        what: "a state feedback with two observers, of the drive and of the arm, that is stable with the arm",
+        remedy: "Reduce the weight of the arm's twist (bench.controller.arm.twist), or make the observer of the drive \
+         faster (bench.controller.observer.load_torque).",
     })
 }
 
 /// The matrices of these gains.
 fn controller(
-    seen: &SampledDrive,
+    drive: &SampledDrive,
     l: &DMatrix<f64>,
     k: &DVector<f64>,
     integral_gain: f64,
@@ -313,28 +313,28 @@ fn controller(
     model: &Model<f64>,
     dt: f64,
 ) -> LinearController<f64> {
-    let SampledDrive { phi, gamma, .. } = seen;
+    let SampledDrive { phi, gamma, .. } = drive;
     let order = phi.nrows();
-    let mut kept = DMatrix::<f64>::identity(order, order);
+    let mut uncorrected = DMatrix::<f64>::identity(order, order);
     for (sensor, state) in [ANGLE, TACHO].into_iter().enumerate() {
-        let mut column = kept.column_mut(state);
+        let mut column = uncorrected.column_mut(state);
         column -= l.column(sensor);
     }
-    let a = phi * kept;
+    let a = phi * uncorrected;
     let mut b = DMatrix::zeros(order, INPUTS);
     b.view_mut((0, 0), (order, 2)).copy_from(&(phi * l));
-    // The angle is counted from the set-point, which moved.
+    // The angle is relative to the set-point, which moved.
     b.set_column(2, &-a.column(ANGLE));
     b.set_column(5, gamma);
-    let mut met = gamma + phi.column(LOAD);
-    met[LOAD] -= 1.0;
-    b.set_column(6, &met);
+    let mut balanced = gamma + phi.column(LOAD);
+    balanced[LOAD] -= 1.0;
+    b.set_column(6, &balanced);
 
     let c = -(k.transpose() * &a);
     let mut d = -(k.transpose() * &b);
-    // The integral of this very sample counts.
+    // The integral includes this sample.
     d[0] -= integral_gain * dt;
-    // Where the set-point will be, and what its acceleration asks for: of an arm, too, and its twist.
+    // The predicted set-point, and the torque for its acceleration, also for an arm and its twist.
     let drive = &model.drive;
     let velocities = k[VELOCITY] + k[MOTOR_VELOCITY];
     let arm = if let DampedArm::Elastic(arm) = &choice.arm { Some(&arm.believed) } else { None };
@@ -345,7 +345,7 @@ fn controller(
         + k[TWIST] * (drive.load_inertia + carried) / drive.coupling_stiffness
         + (k[TORQUE] + 1.0) * (drive.inertia() + carried)
         - arm.map_or(0.0, |arm| k[ARM_TWIST] * arm.inertia / arm.stiffness);
-    // The friction that is compensated wants its twist and its torque.
+    // The compensated friction requires its twist and its torque.
     d[7] += k[TWIST] / drive.coupling_stiffness + k[TORQUE];
 
     let padded = |row: usize, column: usize, of: &DMatrix<f64>| of.get((row, column)).copied().unwrap_or(0.0);
@@ -361,14 +361,14 @@ fn controller(
 }
 
 impl SampledDrive {
-    /// All that moves where this controller holds it, its torque a sample late: drive, controller, integral, torque in force.
+    /// The whole closed system, with a torque delay of one sample: drive, controller, integral, active torque.
     fn under(&self, controller: &LinearController<f64>) -> DMatrix<f64> {
         let n = self.phi.nrows();
         let (integral, torque) = (n + STATES, n + STATES + 1);
         let mut all = DMatrix::zeros(torque + 1, torque + 1);
         all.view_mut((0, 0), (n, n)).copy_from(&self.phi);
         all.view_mut((0, torque), (n, 1)).copy_from(&self.gamma);
-        // A load that wanders is not held by anybody.
+        // The varying load torque is not controlled.
         all[(LOAD, LOAD)] = 0.0;
         for row in 0..STATES {
             for column in 0..STATES {

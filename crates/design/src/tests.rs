@@ -10,7 +10,7 @@ use stickslip_core::control::{
 
 use super::*;
 
-/// What double precision leaves after a few matrix products on well conditioned systems of order 5.
+/// Accuracy of double precision after a few matrix products for well-conditioned systems of order 5.
 const DIGITS: f64 = 1e-9;
 
 fn reference(name: &str) -> Vec<Value> {
@@ -64,9 +64,9 @@ fn feedback_gains_are_those_of_python_control() {
 #[test]
 fn observer_gains_are_those_of_python_control() {
     for case in reference("observer") {
-        let (a, c, wanted) = (matrix(&case["a"]), vector(&case["c"]), poles(&case["poles"]));
+        let (a, c, targets) = (matrix(&case["a"]), vector(&case["c"]), poles(&case["poles"]));
         for (form, name) in [(ObserverForm::Predictor, "predictor"), (ObserverForm::Current, "current")] {
-            let gain = observer_gain(&a, &c, &wanted, form).unwrap();
+            let gain = observer_gain(&a, &c, &targets, form).unwrap();
             assert_same(&column(&gain), &column(&vector(&case[name])), name);
         }
     }
@@ -86,8 +86,8 @@ fn covariances_are_those_of_scipy() {
 #[test]
 fn the_velocity_observer_and_its_noise_are_those_of_python_control() {
     for case in reference("velocity_observer") {
-        let (dt, wanted) = (number(&case["dt"]), vector(&case["poles"]));
-        let gains = velocity_observer([wanted[0], wanted[1], wanted[2]], number(&case["lead"]), dt).unwrap();
+        let (dt, poles) = (number(&case["dt"]), vector(&case["poles"]));
+        let gains = velocity_observer([poles[0], poles[1], poles[2]], number(&case["lead"]), dt).unwrap();
         let theirs = vector(&case["gain"]);
         for (ours, theirs) in [gains.angle_gain, gains.velocity_gain, gains.offset_gain].iter().zip(&theirs) {
             // The three gains differ by orders of magnitude: each on its own.
@@ -106,8 +106,8 @@ fn the_closed_form_of_the_velocity_observer_is_ackermanns() {
         let continuous = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, 0.0, 0.0, -ratio, 0.0, 0.0, 0.0]);
         let (a, _) = zero_order_hold(&continuous, &DMatrix::from_column_slice(3, 1, &[0.0, ratio, 0.0]), dt).unwrap();
         let c = DVector::from_column_slice(&[1.0, 0.0, 0.0]);
-        let wanted = rates.map(|rate| Complex::new((-rate * dt).exp(), 0.0));
-        let gain = observer_gain(&a, &c, &wanted, ObserverForm::Current).unwrap();
+        let targets = rates.map(|rate| Complex::new((-rate * dt).exp(), 0.0));
+        let gain = observer_gain(&a, &c, &targets, ObserverForm::Current).unwrap();
         for (closed, ackermann) in [gains.angle_gain, gains.velocity_gain, gains.offset_gain].iter().zip(&gain) {
             assert!((closed / ackermann - 1.0).abs() < DIGITS, "{closed} and {ackermann}");
         }
@@ -142,7 +142,7 @@ fn normals(mut seed: u64) -> impl FnMut() -> f64 {
 }
 
 #[test]
-fn the_predicted_velocity_noise_is_what_the_observer_shows() {
+fn the_predicted_velocity_noise_is_that_of_the_observer() {
     let (dt, counts, rms) = (250e-6, 10_000.0, 0.09);
     let observer = velocity_observer([250.0; 3], 5e-3, dt).unwrap();
     let predicted = velocity_noise(&observer, counts, rms, dt).unwrap();
@@ -156,9 +156,9 @@ fn the_predicted_velocity_noise_is_what_the_observer_shows() {
         let out = observer.step(&mut state, input, dt);
         squares += (out.velocity - 37.0) * (out.velocity - 37.0);
     }
-    let shown = (squares / f64::from(samples)).sqrt();
+    let measured = (squares / f64::from(samples)).sqrt();
     // 200 000 samples of a correlation time near 20 samples: 0.7 % for one sigma; five of them.
-    assert!((shown / predicted - 1.0).abs() < 0.04, "{shown} shown, {predicted} predicted");
+    assert!((measured / predicted - 1.0).abs() < 0.04, "{measured} measured, {predicted} predicted");
 }
 
 #[test]
@@ -172,10 +172,11 @@ fn a_pid_by_bandwidth_has_a_triple_pole() {
 }
 
 #[test]
-fn a_cascade_as_pid_asks_for_the_same_torque() {
+fn a_cascade_as_pid_has_the_same_torque() {
     let cascade = Cascade { position_gain: 22.0, velocity_gain: 0.3, integral_gain: 5.0, ..Cascade::<f64>::default() };
     let pid = cascade_as_pid(&cascade);
-    // At t = 0 from rest the integrals are 0, and the cascade's ∫(ṙ − ω) = r − φ has not begun: with r = φ both agree.
+    // At t = 0 from rest the integrals are 0, and the cascade's ∫(ṙ − ω) = r − φ has not started: with r = φ both
+    // agree.
     let input = ControllerInput {
         reference_position: 1.0,
         reference_velocity: 0.4,
@@ -245,7 +246,7 @@ fn an_unstable_system_has_no_covariance() {
 }
 
 #[test]
-fn matrices_that_do_not_fit_or_hold_no_numbers_are_refused() {
+fn matrices_of_inconsistent_sizes_or_with_non_finite_numbers_are_refused() {
     let (a, b) = double_integrator();
     let tall = DMatrix::from_element(3, 2, 1.0);
     let broken = DMatrix::from_element(2, 2, f64::NAN);
@@ -253,7 +254,7 @@ fn matrices_that_do_not_fit_or_hold_no_numbers_are_refused() {
     assert!(matches!(zero_order_hold(&tall, &tall, 1e-3), Err(Error::Dimension { found: 2, expected: 3, .. })));
     assert!(matches!(zero_order_hold(&a, &tall, 1e-3), Err(Error::Dimension { found: 3, expected: 2, .. })));
     assert!(matches!(zero_order_hold(&broken, &a, 1e-3), Err(Error::NotFinite { .. })));
-    assert!(matches!(zero_order_hold(&(&a * 1e9), &a, 1.0), Err(Error::NotFinite { .. })), "e^(1e9) is no number");
+    assert!(matches!(zero_order_hold(&(&a * 1e9), &a, 1.0), Err(Error::NotFinite { .. })), "e^(1e9) is not finite");
     assert!(matches!(discrete_lyapunov(&broken, &identity), Err(Error::NotFinite { .. })));
     assert!(matches!(discrete_lyapunov(&(identity * 0.5), &tall.transpose()), Err(Error::Dimension { .. })));
     let three = DVector::from_element(3, 1.0);
@@ -262,7 +263,7 @@ fn matrices_that_do_not_fit_or_hold_no_numbers_are_refused() {
 }
 
 #[test]
-fn numbers_of_a_machine_that_make_no_sense_are_refused_with_both_values() {
+fn invalid_numbers_of_a_machine_are_refused_with_both_values() {
     let refused = [
         velocity_observer([250.0, -1.0, 250.0], 5e-3, 250e-6).unwrap_err(),
         velocity_observer([250.0, 250.0, 1e5], 5e-3, 250e-6).unwrap_err(),

@@ -1,4 +1,4 @@
-//! The observer of the screw's velocity: its gains, and how much noise it lets through.
+//! The observer of the screw's velocity: its gains and its noise.
 
 use nalgebra::{DMatrix, DVector};
 use stickslip_core::control::VelocityObserver;
@@ -20,7 +20,7 @@ pub fn velocity_observer(poles: [f64; 3], screw_lead: f64, dt: f64) -> Result<Ve
     sampling_time(dt)?;
     within("the screw lead", screw_lead, "m", (1e-4, 1.0), "Give metres per revolution: 5 mm are 0.005.")?;
     for pole in poles {
-        let remedy = "Give the decay rate as a positive number; faster than the sampling it means nothing.";
+        let remedy = "The decay rate must be positive and slower than the sampling.";
         within("the observer pole", pole, "1/s", (1e-3, 3.0 / dt), remedy)?;
     }
     let [a, b, c] = poles.map(|pole| -libm::expm1(-pole * dt));
@@ -45,7 +45,7 @@ fn model(screw_ratio: f64, dt: f64) -> (DMatrix<f64>, DVector<f64>, DVector<f64>
 /// noise of one count (white while the screw turns by a count a sample or more), and from the accelerometer's noise
 /// [m/s² rms a sample, white].
 ///
-/// P = F·P·Fᵀ + G·R_a·Gᵀ + L·R_y·Lᵀ with F = (I − L·c)·A, G = (I − L·c)·b. Print it beside a fade-out velocity.
+/// P = F·P·Fᵀ + G·R_a·Gᵀ + L·R_y·Lᵀ with F = (I − L·c)·A, G = (I − L·c)·b. Compare it with a fade-out velocity.
 pub fn velocity_noise(
     gains: &VelocityObserver<f64>,
     encoder_counts: f64,
@@ -57,15 +57,16 @@ pub fn velocity_noise(
     within("the accelerometer noise", accelerometer_noise, "m/s^2", (0.0, 1e3), "Give the rms of a sample.")?;
     let (a, b, c) = model(gains.screw_ratio, dt);
     let correction = DVector::from_column_slice(&[gains.angle_gain, gains.velocity_gain, gains.offset_gain]);
-    let kept = DMatrix::identity(3, 3) - &correction * c.transpose();
+    let uncorrected = DMatrix::identity(3, 3) - &correction * c.transpose();
     let count = std::f64::consts::TAU / encoder_counts;
-    let pushed = &kept * b * accelerometer_noise;
+    let pushed = &uncorrected * b * accelerometer_noise;
     let pulled = correction * (count / 12f64.sqrt());
-    let covariance = discrete_lyapunov(&(kept * a), &(&pushed * pushed.transpose() + &pulled * pulled.transpose()))?;
+    let covariance =
+        discrete_lyapunov(&(uncorrected * a), &(&pushed * pushed.transpose() + &pulled * pulled.transpose()))?;
     Ok(covariance[(1, 1)].sqrt())
 }
 
-/// Standard deviation of the estimated velocity [rad/s] that encoder and accelerometer leave, by the data sheet.
+/// Standard deviation of the estimated velocity [rad/s] by encoder and accelerometer, from the data sheet.
 ///
 /// # Errors
 /// As [`velocity_observer`] and [`velocity_noise`].

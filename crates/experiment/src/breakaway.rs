@@ -1,8 +1,8 @@
 //! Breakaway torque: slow torque ramps from rest.
 //!
-//! The load rests without torque, then the drive's torque rises until the encoder sees it go. Under a ramp the load
-//! needs a moment to move by what the encoder can tell; what the torque rises by meanwhile is bounded by Ṁ·t with
-//! x = Ṁ·t³/(6·J). Bristles that creep before they let go make the torque too small by as little, so that this bound is
+//! The load is at rest without torque, then the drive's torque rises until the encoder shows motion. Under a ramp the
+//! load needs a moment to move by what the encoder can resolve; the torque rises meanwhile by at most Ṁ·t with x =
+//! Ṁ·t³/(6·J). Bristles that creep before breakaway make the torque too small by the same amount, so that this bound is
 //! taken as uncertainty to both sides: a slower ramp makes it smaller.
 
 use stickslip_core::Fields;
@@ -18,44 +18,44 @@ use stickslip_base::{Error, Watch};
 use stickslip_bench::{Bench, Command, Frame, SpeedRamp};
 use stickslip_fit::{StribeckFit, student_t95};
 
-/// Time over which the speed is judged [s].
+/// Time over which the speed is averaged [s].
 const WINDOW: f64 = 0.025;
-/// Speed between the ramps [rad/s], and how fast it changes [rad/s²].
+/// Speed between the ramps [rad/s], and its acceleration [rad/s²].
 pub(super) const TRAVEL: [f64; 2] = [2.0, 50.0];
 
 /// Plan of a breakaway measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = BreakawayPlan::law)]
 pub struct BreakawayPlan<T> {
-    /// How fast the torque rises.
+    /// Rate of the torque ramp.
     #[field(symbol = "Ṁ", unit = "N m/s", range = 1e-4..=100.0, default = 0.1)]
     pub rate: T,
-    /// Torque at which a ramp is given up.
+    /// Torque at which a ramp ends without breakaway.
     #[field(symbol = "M_max", unit = "N m", range = 1e-3..=500.0, default = 0.6)]
     pub largest_torque: T,
-    /// Ramps at each angle in each direction.
+    /// Number of ramps at each angle in each direction.
     #[field(symbol = "n_r", unit = "1", range = 1.0..=100.0, default = 3.0, whole)]
     pub repetitions: T,
-    /// Angles, evenly spaced over a turn.
+    /// Number of angles, evenly spaced over a turn.
     #[field(symbol = "n_φ", unit = "1", range = 1.0..=360.0, default = 4.0, whole)]
     pub angles: T,
     /// Time at rest before a ramp.
     #[field(symbol = "T_r", unit = "s", range = 0.05..=600.0, default = 0.3)]
     pub rest_time: T,
-    /// Speed from which on the load counts as broken away.
+    /// Speed from which the load has broken away.
     #[field(symbol = "Ω_b", unit = "rad/s", range = 1e-3..=10.0, default = 0.05)]
     pub speed: T,
 }
 
 impl<T: Scalar> BreakawayPlan<T> {
     fn law(&self) -> [Relation<T>; 1] {
-        let remedy = "A ramp must last longer than a window.";
+        let remedy = "The ramp is shorter than a window: increase the largest torque or reduce the rate.";
         [at_least("largest_torque", self.largest_torque, self.rate * T::of(WINDOW), remedy)]
     }
 }
 
 impl BreakawayPlan<f64> {
-    /// By how much the torque rises at most between breakaway and its detection [N m].
+    /// Largest rise of the torque between breakaway and its detection [N m].
     pub fn lag(&self, model: &Model<f64>) -> f64 {
         self.rate * libm::cbrt(6.0 * model.drive.inertia() * self.speed * WINDOW / self.rate)
     }
@@ -63,7 +63,7 @@ impl BreakawayPlan<f64> {
     /// Bench time of a plan whose ramps end at a torque [s]; at most that of [`largest_torque`](Self::largest_torque).
     pub fn duration(&self, breakaway: f64) -> f64 {
         let ramp = breakaway.min(self.largest_torque) / self.rate;
-        // A turn in all, and for each ramp a moment to go back.
+        // A turn in all, and a short way back for each ramp.
         let travel = 0.3;
         2.0 * self.angles * self.repetitions * (ramp + self.rest_time + travel) + std::f64::consts::TAU / TRAVEL[0]
     }
@@ -72,7 +72,7 @@ impl BreakawayPlan<f64> {
 /// One ramp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
-    /// Angle that was asked for [rad].
+    /// Commanded angle [rad].
     pub angle: f64,
     /// 1 or −1.
     pub direction: f64,
@@ -83,32 +83,32 @@ pub struct Ramp {
 /// Mean of some ramps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mean {
-    /// Angle [rad] where it is that of one angle.
+    /// Angle [rad]; `None` for a mean over all angles.
     pub angle: Option<f64>,
     /// Mean [N m].
     pub torque: f64,
     /// Standard deviation of one ramp [N m].
     pub spread: f64,
-    /// 95 % interval: scatter, and what the ramp's rate leaves open.
+    /// 95 % interval: scatter, and the uncertainty by the ramp's rate.
     pub ci95: [f64; 2],
-    /// Ramps.
+    /// Number of ramps.
     pub count: usize,
 }
 
-/// The breakaway torques as measured.
+/// Measured breakaway torques.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Breakaway {
     /// In the order of measurement.
     pub ramps: Vec<Ramp>,
-    /// How fast the torque rose [N m/s].
+    /// Rate of the torque ramp [N m/s].
     pub rate: f64,
     /// Time at rest before each ramp [s].
     pub rest_time: f64,
-    /// By how much the torque rose at most between breakaway and its detection [N m].
+    /// Largest rise of the torque between breakaway and its detection [N m].
     pub lag: f64,
-    /// Bench time that it took [s].
+    /// Bench time [s].
     pub duration: f64,
-    /// Whether the plan came to its end; if not, the ramps are those before it was cancelled.
+    /// Whether the plan was completed; if not, the ramps are those before the cancellation.
     pub complete: bool,
 }
 
@@ -140,13 +140,13 @@ impl Breakaway {
         }
         let torque = torques.iter().sum::<f64>() / n;
         let spread = (torques.iter().map(|t| (t - torque).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
-        // One ramp knows nothing of its scatter.
+        // One ramp has no scatter.
         let scatter = if n > 1.0 { student_t95(n - 1.0) * spread / n.sqrt() } else { f64::INFINITY };
         let half_width = libm::hypot(scatter, 1.96 * UNIFORM * 2.0 * self.lag);
         Some(Mean { angle, torque, spread, ci95: [torque - half_width, torque + half_width], count: torques.len() })
     }
 
-    /// How the breakaway torque compares with M_S of a curve: difference [N m] and its 95 % interval.
+    /// Difference between the breakaway torque and M_S of a curve [N m], with its 95 % interval.
     pub fn beyond(&self, fit: &StribeckFit) -> Option<(f64, [f64; 2])> {
         let mean = self.mean_torque()?;
         let difference = mean.torque - fit.parameters[0];
@@ -168,19 +168,20 @@ impl Breakaway {
         })
     }
 
-    /// What a reader should know of it.
+    /// Warnings for the report.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let held = self.ramps.iter().filter(|ramp| ramp.torque.is_none()).count();
-        if held > 0 {
-            warnings.push(format!("The load held in {held} of {} ramps: raise the largest torque.", self.ramps.len()));
+        let stuck = self.ramps.iter().filter(|ramp| ramp.torque.is_none()).count();
+        if stuck > 0 {
+            warnings
+                .push(format!("No breakaway in {stuck} of {} ramps: increase the largest torque.", self.ramps.len()));
         }
         if let Some(mean) = self.mean_torque().filter(|mean| self.lag > 0.05 * mean.torque) {
             let share = 100.0 * self.lag / mean.torque;
-            warnings.push(format!("Up to {share:.0} % of the torque is detection lag: take a slower ramp."));
+            warnings.push(format!("Up to {share:.0} % of the torque is detection lag: use a slower ramp."));
         }
         if !self.complete {
-            warnings.push("Cancelled before its end: what was measured until then.".into());
+            warnings.push("Cancelled: results of the ramps measured until then.".into());
         }
         warnings
     }
@@ -189,8 +190,8 @@ impl Breakaway {
 /// Measures the breakaway torque of the load side. The bench must be homed and running.
 ///
 /// # Errors
-/// [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`] before the first ramp has ended, afterwards what
-/// was measured comes back as not complete.
+/// [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`] before the first ramp has ended; afterwards a
+/// cancelled measurement returns its ramps as not complete.
 pub fn measure_breakaway(plan: &BreakawayPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Breakaway, Error> {
     if bench.zero().is_none() {
         return Err(Error::NotHomed);
@@ -208,7 +209,7 @@ pub fn measure_breakaway(plan: &BreakawayPlan<f64>, bench: &mut dyn Bench, watch
     Ok(Breakaway { ramps, rate, rest_time, lag, duration, complete })
 }
 
-/// All ramps; those that have ended are in the list whatever comes.
+/// All ramps; completed ramps are in the list also after an error.
 fn visit(
     plan: &BreakawayPlan<f64>,
     bench: &mut dyn Bench,
@@ -272,7 +273,7 @@ fn ramp(
     watch: &Watch,
 ) -> Result<(Option<f64>, f64), Error> {
     let dt = bench.settings().tick_time();
-    // The set-point goes along while control is off: the controller takes over from there.
+    // The set-point follows the axis while control is off, so that the controller starts without a jump.
     let mut setpoint = Setpoint { position, ..Setpoint::default() };
     for _ in 0..(plan.rest_time / dt) as u64 {
         if let Some(frame) = bench.hand_over(Command { setpoint, ..Command::default() })? {
@@ -295,7 +296,7 @@ fn ramp(
         let way = direction * (frame.angle - angles[tick % window]);
         angles[tick % window] = frame.angle;
         tick += 1;
-        // NaN in the first window is no motion.
+        // NaN in the first window counts as rest.
         if way >= plan.speed * WINDOW {
             broke_away = Some(frame.command.added_torque.abs());
             break;

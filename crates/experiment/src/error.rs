@@ -1,28 +1,28 @@
-//! What only an experiment can fail of.
+//! Errors of experiments.
 
-/// A failure of an experiment, beside those that every crate has.
+/// Errors of experiments, besides those common to all crates.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExperimentError {
-    /// Something is wrong with what a file of the friction library says about itself.
+    /// An invalid section `[about]` in a file of the friction library.
     #[error(
-        "{file}: {problem}. A file of the friction library begins with [about]: title, source, licence, and, where \
-             known, lacks and deviations"
+        "{file}: {problem}. A file of the friction library begins with [about]: title, source, licence, and, if \
+         known, lacks and deviations"
     )]
     Library {
-        /// Which file.
+        /// The file.
         file: String,
-        /// What.
+        /// What is wrong.
         problem: String,
     },
     /// A friction that the load motor cannot render.
     #[error("{name} cannot be the desired friction: {reason}. {remedy}")]
     NotAsDesired {
-        /// The friction.
+        /// Name of the friction.
         name: String,
-        /// Why.
+        /// The reason.
         reason: &'static str,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
 }

@@ -1,7 +1,7 @@
 //! Friction at constant speeds, both directions.
 //!
-//! The measurement uses its own speed controller ([`hold_speed`]), as stiff as the delays allow. With the controller under
-//! test the result would depend on that controller.
+//! The measurement uses its own speed controller ([`hold_speed`]), as stiff as the delays allow, so that the result
+//! does not depend on the controller under test.
 
 use stickslip_core::control::{Cascade, PositionController};
 use stickslip_core::friction::Stribeck;
@@ -14,36 +14,37 @@ use stickslip_bench::{Bench, Command, Frame};
 use stickslip_design as design;
 use stickslip_fit::{CurvePoint, HUBER, Side, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck};
 
-/// How many standard errors an angle dependence must have to be believed.
+/// Size of an angle dependence, in standard errors, from which it is significant.
 const SIGNIFICANT: f64 = 4.0;
 
-/// Frequencies up to which the torque balance's noise is taken for that of its mean [Hz]: above, the encoder's counts,
-/// differentiated twice, and the drive's resonance add what no mean over a plateau has.
+/// Frequencies up to which the noise of the torque balance counts for its mean [Hz]: above, the encoder's counts,
+/// differentiated twice, and the drive's resonance add noise that the mean over a plateau does not have.
 const NOISE_BAND: f64 = 2.5;
 
 /// A measured friction characteristic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionCurve {
-    /// One plateau a velocity, in the order of measurement.
+    /// One plateau for each velocity, in the order of measurement.
     pub plateaus: Vec<Plateau>,
     /// Share of the friction that varies with the angle: amplitude of its largest significant harmonic; 0 if none.
     pub ripple: f64,
-    /// Bench time that it took [s].
+    /// Bench time [s].
     pub duration: f64,
-    /// Whether the plan came to its end; if not, the plateaus are those before it was cancelled.
+    /// Whether the plan was completed; if not, the plateaus are those before the cancellation.
     pub complete: bool,
 }
 
 impl FrictionCurve {
-    /// How its points are fitted: both directions together, robust, and no surer than their errors and their scatter.
+    /// Settings of the fit: both directions together, robust, with at least the uncertainty of the points' errors and
+    /// of their scatter.
     pub const FIT: StribeckPlan =
         StribeckPlan { side: Side::Both, uncertainty: Uncertainty::Extra, huber: Some(HUBER) };
 
-    /// The plateaus that count, as points for a fit, corrected by what the sway of their speed brings; the
-    /// error of each is its noise, and that of a correction that may be half as large or half as large again.
+    /// The valid plateaus as points for a fit, corrected for the sway of their speed. The error of each point is its
+    /// noise and half of that correction.
     ///
-    /// An error that scales all torques alike, as that of a torque constant, is in no point: it moves the curve and
-    /// shows in no scatter.
+    /// An error that scales all torques alike, such as that of a torque constant, is not included: it moves the curve
+    /// without adding scatter.
     pub fn points(&self) -> Vec<CurvePoint> {
         let point = |plateau: &Plateau| {
             let bias = self.sway_bias(plateau);
@@ -56,11 +57,11 @@ impl FrictionCurve {
         self.kept().map(point).collect()
     }
 
-    /// By how much a plateau's torque differs from friction at its mean velocity, because its speed sways [N m].
+    /// Difference between a plateau's torque and friction at its mean velocity, caused by the sway of its speed [N m].
     ///
-    /// Bristles take the level of the last few µm, so that quick sways of the speed are weighted by way, not by time:
-    /// the mean friction is off by g'(Ω)·σ²/Ω where the bristles' way is long against a sway, as it is at the slowest
-    /// speeds, where alone this matters.
+    /// Bristles average the friction over the last few µm, so that quick sways of the speed are weighted by way, not by
+    /// time: the mean friction is off by g'(Ω)·σ²/Ω where the bristles' way is long against a sway, as it is at the
+    /// slowest speeds. Elsewhere the effect is negligible.
     fn sway_bias(&self, plateau: &Plateau) -> f64 {
         let others =
             || self.kept().filter(|other| (other.velocity - plateau.velocity).abs() > 0.01 * plateau.velocity.abs());
@@ -73,7 +74,7 @@ impl FrictionCurve {
         slope * plateau.sway * plateau.sway / plateau.velocity
     }
 
-    /// The plateaus that count.
+    /// The valid plateaus.
     pub fn kept(&self) -> impl Iterator<Item = &Plateau> {
         self.plateaus.iter().filter(|plateau| plateau.dropped.is_none())
     }
@@ -86,12 +87,12 @@ impl FrictionCurve {
     /// The Stribeck curve of both directions together.
     ///
     /// # Errors
-    /// [`Error::TooFew`] if too few plateaus slid.
+    /// [`Error::TooFew`] if the load slid on too few plateaus.
     pub fn fit(&self) -> Result<StribeckFit, Error> {
         fit_stribeck(&self.points(), &FrictionCurve::FIT)
     }
 
-    /// RMS distance of the kept plateaus from a curve [N m], over those that `counts` admits by their set speed
+    /// RMS distance of the kept plateaus from a curve [N m], over those whose set speed `counts` admits
     /// [rad/s]; NaN over none.
     pub fn rms_from(&self, curve: &Stribeck<f64>, counts: impl Fn(f64) -> bool) -> f64 {
         let squares: Vec<f64> = self
@@ -103,13 +104,13 @@ impl FrictionCurve {
     }
 }
 
-/// Measures the friction of the load side at the plan's speeds; with `render` under the rendering law in force.
+/// Measures the friction of the load side at the plan's speeds; with `render` under the active rendering law.
 ///
 /// The bench must be homed and running.
 ///
 /// # Errors
-/// [`Error::BenchFault`]; [`Error::NotHomed`]; [`Error::Cancelled`] before the first plateau has ended, afterwards what
-/// was measured comes back as not complete.
+/// [`Error::BenchFault`]; [`Error::NotHomed`]; [`Error::Cancelled`] before the first plateau has ended; afterwards a
+/// cancelled measurement returns its plateaus as not complete.
 pub fn measure_friction(
     plan: &FrictionPlan<f64>,
     bench: &mut dyn Bench,
@@ -157,23 +158,23 @@ pub fn measure_friction(
     Ok(FrictionCurve { plateaus, ripple, duration: done * dt, complete })
 }
 
-/// The plateaus of a measurement that runs.
+/// The plateaus of a running measurement.
 struct Plateaus<'a> {
     plan: &'a FrictionPlan<f64>,
     balance: Balance<'a>,
-    /// Hears of each.
+    /// Gets each plateau.
     watch: &'a Watch,
     /// Their velocities [rad/s], by marks from 1 on.
     speeds: Vec<f64>,
-    /// Of the frame that came last.
+    /// Mark of the last frame.
     mark: u32,
-    /// Of the plateau that is not at its end.
+    /// Frames of the current plateau.
     frames: Vec<Frame>,
     ended: Vec<Plateau>,
 }
 
 impl Plateaus<'_> {
-    /// What the commands of a phase are marked with, given the phase before.
+    /// Mark of the commands of a phase, from the phase before.
     fn mark(&mut self, phase: Phase, before: Phase) -> u32 {
         let Phase::Plateau(velocity) = phase else { return 0 };
         if phase != before {
@@ -205,8 +206,8 @@ impl Plateaus<'_> {
     }
 }
 
-/// Hands the axis to a P-PI cascade as stiff as its delays admit, run in every tick: a controller under test would
-/// measure itself.
+/// Gives the axis to a P-PI cascade as stiff as its delays allow, run in every tick, so that the controller under test
+/// has no effect on the measurement.
 ///
 /// # Errors
 /// As [`design::speed_holder`].
@@ -219,8 +220,8 @@ pub fn hold_speed(bench: &mut dyn Bench) -> Result<(), Error> {
     Ok(())
 }
 
-/// Gives every plateau the error of one noise, that of the lowest frequencies of all plateaus: a short one has too few
-/// of them to know its own.
+/// Gives every plateau the error of one common noise, that of the lowest frequencies of all plateaus: a short plateau
+/// has too few of them for its own estimate.
 fn share_noise(plateaus: &mut [Plateau]) {
     let slid = plateaus.iter().filter(|plateau| plateau.dropped.is_none());
     let low: Vec<[f64; 2]> =
@@ -233,10 +234,10 @@ fn share_noise(plateaus: &mut [Plateau]) {
     }
 }
 
-/// Refers the slow plateaus, which see an arc only, to the mean over a turn, by the angle dependence of the own friction
-/// that the fast plateaus agree upon; what the load motor renders has none. Returns the largest amplitude.
+/// Refers the slow plateaus, which cover an arc only, to the mean over a turn, by the angle dependence of the own
+/// friction common to the fast plateaus; the load motor's torque has none. Returns the largest amplitude.
 fn remove_ripple(plateaus: &mut [Plateau], plan: &FrictionPlan<f64>) -> f64 {
-    // Up to where the velocity loop still follows a harmonic: six times the slowest whole turn.
+    // Speeds at which the velocity loop still follows a harmonic: six times the slowest whole turn.
     let fast: Vec<[[f64; 2]; HARMONICS]> = plateaus
         .iter()
         .filter(|plateau| plateau.dropped.is_none() && plateau.velocity.abs() <= 6.0 * plan.whole_turns_from)
@@ -246,18 +247,18 @@ fn remove_ripple(plateaus: &mut [Plateau], plan: &FrictionPlan<f64>) -> f64 {
         return 0.0;
     }
     let n = fast.len() as f64;
-    let mut believed = [[0.0; 2]; HARMONICS];
+    let mut common = [[0.0; 2]; HARMONICS];
     for order in 0..HARMONICS {
         let mean = [0, 1].map(|part| fast.iter().map(|h| h[order][part]).sum::<f64>() / n);
         let scatter: f64 = fast.iter().map(|h| (h[order][0] - mean[0]).powi(2) + (h[order][1] - mean[1]).powi(2)).sum();
         let error = (scatter / (n - 1.0) / n).sqrt();
         if libm::hypot(mean[0], mean[1]) > SIGNIFICANT * error {
-            believed[order] = mean;
+            common[order] = mean;
         }
     }
     let (a, b) = (plan.arc_begin, plan.arc_begin + plan.arc);
     let mut factor = 1.0;
-    for (order, [cos, sin]) in believed.iter().enumerate() {
+    for (order, [cos, sin]) in common.iter().enumerate() {
         let k = (order + 1) as f64;
         // Mean of cos·cos kφ + sin·sin kφ over the arc.
         let (sin_a, cos_a) = libm::sincos(k * a);
@@ -268,5 +269,5 @@ fn remove_ripple(plateaus: &mut [Plateau], plan: &FrictionPlan<f64>) -> f64 {
         plateau.torque = plateau.own / factor + (plateau.torque - plateau.own);
         plateau.standard_error /= factor;
     }
-    believed.iter().map(|[cos, sin]| libm::hypot(*cos, *sin)).fold(0.0, f64::max)
+    common.iter().map(|[cos, sin]| libm::hypot(*cos, *sin)).fold(0.0, f64::max)
 }

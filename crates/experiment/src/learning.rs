@@ -1,13 +1,14 @@
-//! Iterative learning: the same motion again and again, each time with a torque that knows what was off before.
+//! Iterative learning: the same motion is repeated, each time with a torque corrected by the deviation of the
+//! repetition before.
 //!
 //!   U⁺ = Q·(U + L·E),   L = γ·S*/(|S|² + (ρ·max|S|)²)
 //!
-//! over the harmonics of the motion: E of the deviation, U of the torque that is added to the controller's, and S from that
-//! torque to the angle under control, as the believed axis has it. Q lets pass what lies below a cut-off, without phase.
+//! over the harmonics of the motion: E of the deviation, U of the torque added to the controller's, and S from that
+//! torque to the angle under control, by the modelled axis. Q passes the frequencies below a cut-off, without phase.
 //! D. A. Bristow, M. Tharayil, A. G. Alleyne, IEEE Control Systems 26 (3) (2006) 96.
 //!
-//! What does not come again cannot be learnt: where a load sticks and slips by chance, learning makes it worse. So the best
-//! torque so far is kept, and it ends when two repetitions in a row are no better.
+//! A deviation that does not repeat cannot be learnt: where a load sticks and slips by chance, learning makes it worse.
+//! Therefore the best torque so far is stored, and learning ends after two repetitions in a row without improvement.
 
 use std::f64::consts::TAU;
 
@@ -22,11 +23,11 @@ use stickslip_design::{PositionLoop, axis_control};
 
 /// Time in which a motion and its torque fade in [s].
 const FADE: f64 = 0.5;
-/// Periods between that and the one that counts.
+/// Periods between the fade-in and the evaluated period.
 const RUN_IN: usize = 2;
-/// A repetition that is no better by this share than the best before is none.
+/// Smallest improvement over the best repetition before, as a share.
 const WORTH_IT: f64 = 0.02;
-/// So many of them in a row end it.
+/// Number of repetitions in a row without improvement that end the learning.
 const PATIENCE: usize = 2;
 
 /// Plan of iterative learning along a sine.
@@ -35,19 +36,19 @@ pub struct LearningPlan<T> {
     /// Amplitude of the sine.
     #[field(symbol = "r₀", unit = "rad", range = 1e-3..=1e3, default = 2.0)]
     pub amplitude: T,
-    /// Its frequency; rounded so that a period is a whole number of ticks.
+    /// Frequency of the sine; rounded so that a period is a whole number of ticks.
     #[field(symbol = "f", unit = "Hz", range = 0.02..=50.0, default = 2.0)]
     pub frequency: T,
-    /// Repetitions at most, the first without a learnt torque.
+    /// Largest number of repetitions; the first has no learnt torque.
     #[field(symbol = "n", unit = "1", range = 2.0..=200.0, default = 11.0, whole)]
     pub repetitions: T,
-    /// Share of the deviation that is learnt at once.
+    /// Share of the deviation learnt in one repetition.
     #[field(symbol = "γ", unit = "1", range = 0.01..=1.0, default = 0.6)]
     pub share: T,
-    /// Below this share of its peak the drive's answer is not inverted.
+    /// Share of its peak below which the drive's response is not inverted.
     #[field(symbol = "ρ", unit = "1", range = 1e-3..=1.0, default = 0.2)]
     pub regularisation: T,
-    /// Frequency up to which is learnt; above twice that nothing is.
+    /// Frequency up to which the torque is learnt completely; above twice this frequency nothing is learnt.
     #[field(symbol = "f_Q", unit = "Hz", range = 0.1..=1000.0, default = 60.0)]
     pub cutoff: T,
 }
@@ -57,28 +58,28 @@ pub struct LearningPlan<T> {
 pub struct Repetition {
     /// Deviation by the encoder, RMS over the period [rad].
     pub deviation: f64,
-    /// Its largest magnitude [rad].
+    /// Largest magnitude of the deviation [rad].
     pub peak: f64,
-    /// Torque that was added, RMS [N m].
+    /// RMS of the added torque [N m].
     pub torque: f64,
 }
 
-/// What was learnt.
+/// Result of the learning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Learned {
-    /// Repetition by repetition.
+    /// All repetitions.
     pub repetitions: Vec<Repetition>,
-    /// The best of them.
+    /// Index of the best repetition.
     pub best: usize,
-    /// Its torque over a period, a tick each [N m].
+    /// Its torque over a period, one value for each tick [N m].
     pub torque: Vec<f64>,
     /// Its deviation over a period, and that of the first repetition [rad].
     pub deviations: [Vec<f64>; 2],
     /// Time of a tick [s].
     pub dt: f64,
-    /// Whether it ended because nothing was gained any more.
+    /// Whether it ended because the deviation no longer decreased.
     pub stopped: bool,
-    /// Whether it came to its end.
+    /// Whether it was completed.
     pub complete: bool,
     /// Time on the bench [s].
     pub duration: f64,
@@ -90,24 +91,24 @@ impl LearningPlan<f64> {
         (1.0 / (self.frequency * dt)).round().max(2.0) as usize
     }
 
-    /// Periods before the one that counts, with ticks of this length [s].
+    /// Periods before the evaluated one, with ticks of this length [s].
     fn periods_before(&self, dt: f64) -> usize {
         (FADE / (self.ticks(dt) as f64 * dt)).ceil().max(1.0) as usize + RUN_IN
     }
 
-    /// Time that it takes on the bench at most, with ticks of this length [s].
+    /// Longest bench time, with ticks of this length [s].
     pub fn duration(&self, dt: f64) -> f64 {
         // And half a second to come to rest.
         self.repetitions * ((self.periods_before(dt) + 1) as f64 * self.ticks(dt) as f64 * dt + 0.5)
     }
 }
 
-/// Learns the torque that a sine needs besides the controller's. The bench must be homed and running.
+/// Learns the torque that a sine requires in addition to the controller's. The bench must be homed and running.
 ///
 /// # Errors
-/// [`Error::NotHomed`]; what the design of the loop refuses; [`Error::BenchFault`]; [`Error::TooFew`] where ticks of all
-/// periods were missed; [`Error::Cancelled`] before the second repetition has ended, afterwards the best so far comes back
-/// as not complete.
+/// [`Error::NotHomed`]; errors of the loop's design; [`Error::BenchFault`]; [`Error::TooFew`] if all periods had missed
+/// ticks; [`Error::Cancelled`] before the second repetition has ended; afterwards a cancelled learning returns the best
+/// so far as not complete.
 pub fn learn_torque(plan: &LearningPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Learned, Error> {
     if bench.zero().is_none() {
         return Err(Error::NotHomed);
@@ -168,7 +169,7 @@ pub fn learn_torque(plan: &LearningPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     Ok(learned)
 }
 
-/// One repetition: the deviations of the period that counts, a tick each [rad].
+/// One repetition: the deviations of the evaluated period, one for each tick [rad].
 fn repeat(
     plan: &LearningPlan<f64>,
     torque: &[f64],
@@ -184,7 +185,7 @@ fn repeat(
     let mut setpoints = Generator::new(Reference::Sine(sine), 1.0 / dt).with_origin(origin);
     let mut deviations = vec![f64::NAN; ticks];
     let mut see = |frame: &Frame| {
-        // The mark is the tick of the period that counts, from 1.
+        // The mark is the tick of the evaluated period, from 1.
         if let Some(tick) = (frame.command.mark as usize).checked_sub(1) {
             deviations[tick] = frame.command.setpoint.position - frame.angle;
         }
@@ -204,13 +205,13 @@ fn repeat(
     }
     bench.drain(&mut see)?;
     bench.come_to_rest()?;
-    // A tick that was missed takes what its neighbour before had.
-    let seen = deviations.iter().copied().find(|deviation| deviation.is_finite());
-    let mut last = seen.ok_or(Error::TooFew {
+    // A missed tick gets the deviation of the tick before.
+    let first = deviations.iter().copied().find(|deviation| deviation.is_finite());
+    let mut last = first.ok_or(Error::TooFew {
         what: "ticks of a repetition",
         found: 0,
         needed: 1,
-        remedy: "All were missed: see what `stickslip doctor` says of this computer.",
+        remedy: "All ticks were missed: check this computer with `stickslip doctor`.",
     })?;
     for deviation in &mut deviations {
         last = if deviation.is_finite() { *deviation } else { last };
@@ -219,12 +220,12 @@ fn repeat(
     Ok(deviations)
 }
 
-/// What becomes torque of a deviation, harmonic by harmonic.
+/// The filter from deviation to torque, harmonic by harmonic.
 struct Filter {
     ticks: usize,
-    /// Of each harmonic from the first on: what is learnt of it, and what of it is kept.
+    /// Learning gain and passed share of each harmonic from the first on.
     gains: Vec<(Complex<f64>, f64)>,
-    /// e^(j·2π·k/n), a tick each.
+    /// e^(j·2π·k/n) for each tick.
     turns: Vec<Complex<f64>>,
 }
 
@@ -236,11 +237,11 @@ impl Filter {
         let base = 1.0 / (ticks as f64 * dt);
         let count = ((2.0 * plan.cutoff / base).ceil() as usize).min(ticks / 2 - 1).max(1);
         let frequencies: Vec<f64> = (1..=count).map(|h| TAU * base * h as f64).collect();
-        // Half of the greatest speed is what a sine has for most of its time.
+        // A sine is near half of its greatest speed for most of its time.
         let speed = 0.5 * TAU * base * plan.amplitude;
         let control = axis_control(model, settings)?;
         let closes = PositionLoop::new(control, model, settings, Operating::Sliding(speed))?;
-        // In the loop a torque waits for a sample of the controller; here for a tick, and is held for one.
+        // In the loop a torque is delayed by a sample of the controller; here it is delayed by a tick and held for one.
         let sooner = 1.5 * (settings.control_period() - dt);
         let answers: Vec<Complex<f64>> = closes
             .torque_to_angle(&frequencies)?
@@ -258,9 +259,9 @@ impl Filter {
             .map(|(answer, frequency)| {
                 // 1 up to the cut-off, 0 from twice that on.
                 let beyond = (frequency / TAU / plan.cutoff - 1.0).clamp(0.0, 1.0);
-                let kept = 0.5 * (1.0 + libm::cos(0.5 * TAU * beyond));
+                let passed = 0.5 * (1.0 + libm::cos(0.5 * TAU * beyond));
                 let square = size(answer) * size(answer);
-                (answer.conj() * (plan.share / (square + floor * floor)), kept)
+                (answer.conj() * (plan.share / (square + floor * floor)), passed)
             })
             .collect();
         let angle = |k: usize| TAU * k as f64 / ticks as f64;
@@ -279,12 +280,12 @@ impl Filter {
         (0..self.ticks).map(at).collect()
     }
 
-    /// What a period's deviations [rad] teach.
+    /// Updates the torque by a period's deviations [rad].
     fn learn(&self, harmonics: &mut [Complex<f64>], deviations: &[f64]) {
-        for (h, (torque, (gain, kept))) in harmonics.iter_mut().zip(&self.gains).enumerate() {
+        for (h, (torque, (gain, passed))) in harmonics.iter_mut().zip(&self.gains).enumerate() {
             let sum: Complex<f64> =
                 deviations.iter().enumerate().map(|(k, deviation)| self.turn(h + 1, k).conj() * *deviation).sum();
-            *torque = (*torque + gain * (sum * (2.0 / self.ticks as f64))) * *kept;
+            *torque = (*torque + gain * (sum * (2.0 / self.ticks as f64))) * *passed;
         }
     }
 }

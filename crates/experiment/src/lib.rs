@@ -1,10 +1,10 @@
 //! Experiments: named recipes that run on any [`Bench`].
 //!
-//! A plan is a struct of parameters, an experiment a function, a result data with uncertainty. The same recipe runs
-//! on the virtual bench and on hardware; it may not look into the virtual machine.
+//! A plan is a struct of parameters, an experiment a function, a result is data with uncertainty. The same recipe runs
+//! on the virtual bench and on hardware; it does not use the inside of the virtual machine.
 //!
-//! An experiment that is cancelled hands back what it has, marked as not `complete`; only where nothing was gained is
-//! it [`Error::Cancelled`].
+//! A cancelled experiment returns its data so far, marked as not `complete`; without any data it fails with
+//! [`Error::Cancelled`].
 #![forbid(unsafe_code)]
 
 mod breakaway;
@@ -49,13 +49,13 @@ use stickslip_base::Error;
 use stickslip_bench::{Bench, Change};
 use stickslip_design as design;
 
-/// Standard uncertainty of what lies anywhere within a range, over its width: 1/√12 (GUM, 4.3.7).
+/// Standard uncertainty of a uniformly distributed value, over the width of its range: 1/√12 (GUM, 4.3.7).
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
-/// Gives the axis back to the controller under test, at rest where the experiment was cancelled on its way.
+/// Gives the axis back to the controller under test; after a cancellation it is stopped first.
 ///
 /// # Errors
-/// How the experiment ended; what ends the way to rest.
+/// The error of the experiment, or of the stop.
 pub(crate) fn give_back<R>(bench: &mut dyn Bench, ended: Result<R, Error>) -> Result<R, Error> {
     if matches!(ended, Err(Error::Cancelled)) {
         bench.come_to_rest()?;
@@ -68,10 +68,10 @@ pub(crate) fn give_back<R>(bench: &mut dyn Bench, ended: Result<R, Error>) -> Re
     ended
 }
 
-/// How an experiment ended: `true` if it is complete, `false` if it was cancelled and something was gained.
+/// `true` if an experiment was completed, `false` if it was cancelled with data.
 ///
 /// # Errors
-/// The end itself: any failure, and [`Error::Cancelled`] where nothing was gained.
+/// Any failure, and [`Error::Cancelled`] without data.
 fn kept(ended: Result<(), Error>, gained: bool) -> Result<bool, Error> {
     match ended {
         Err(Error::Cancelled) if gained => Ok(false),

@@ -1,4 +1,4 @@
-//! Which speeds next: what more plateaus would tell, before they are measured.
+//! The next speeds: the information of more plateaus, before they are measured.
 //!
 //! The information of a fit is the inverse of its covariance; a plateau at speed Ω with standard error s adds
 //! g·gᵀ/s², where g is the curve's gradient there. The best addition makes the determinant of the information largest
@@ -9,27 +9,26 @@ use nalgebra::{Matrix4, Vector4};
 
 use stickslip_fit::StribeckFit;
 
-/// What the new plateaus shall be best for.
+/// Purpose of the new plateaus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Goal {
     /// All four parameters.
     All,
-    /// One: 0 M_S, 1 M_K, 2 Ω_Strib, 3 b.
+    /// One parameter: 0 M_S, 1 M_K, 2 Ω_Strib, 3 b.
     Parameter(usize),
 }
 
-/// New speeds and what they would bring.
+/// New speeds and their expected effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Addition {
-    /// Speeds in the order of their worth [rad/s]; a speed may come more than once.
+    /// Speeds in the order of their worth [rad/s]; a speed may occur more than once.
     pub speeds: Vec<f64>,
-    /// Width of each parameter's interval afterwards, as a share of what it is.
+    /// Width of each parameter's interval afterwards, over the present width.
     pub shrinks_to: [f64; 4],
 }
 
-/// The best `count` plateaus to add, of those within `range` [rad/s], each with the standard error [N m] that a
-/// plateau has. Empty where the fit has no finite covariance: there the data lack a speed regime, which
-/// [`StribeckFit::findings`] names.
+/// The best `count` plateaus to add within `range` [rad/s], each with the standard error [N m] of a plateau. Empty if
+/// the fit has no finite covariance: then the data lack a speed regime, which [`StribeckFit::findings`] names.
 pub fn next_speeds(fit: &StribeckFit, range: [f64; 2], standard_error: f64, count: usize, goal: Goal) -> Addition {
     const CANDIDATES: usize = 121;
     let old = Matrix4::from_fn(|i, j| fit.covariance[i][j]);
@@ -92,10 +91,10 @@ mod tests {
     const SPEEDS: [f64; 9] = [0.8, 1.2, 1.8, 2.7, 4.0, 6.0, 9.0, 13.0, 20.0];
 
     #[test]
-    fn each_parameter_asks_for_the_speeds_that_tell_of_it() {
+    fn each_parameter_gets_the_speeds_that_determine_it() {
         let fit = fitted(&SPEEDS);
         let best = |i| next_speeds(&fit, [0.05, 50.0], ERROR, 1, Goal::Parameter(i)).speeds[0];
-        // M_S shows at rest, b at the highest speed.
+        // M_S has most effect at rest, b at the highest speed.
         assert_eq!(best(0), 0.05);
         assert!((best(3) / 50.0 - 1.0).abs() < 1e-12, "{}", best(3));
         let all = next_speeds(&fit, [0.05, 50.0], ERROR, 4, Goal::All);
@@ -104,15 +103,19 @@ mod tests {
     }
 
     #[test]
-    fn the_promised_width_is_the_one_that_comes() {
+    fn the_predicted_width_of_the_interval_is_reached() {
         let fit = fitted(&SPEEDS);
         let addition = next_speeds(&fit, [0.05, 50.0], ERROR, 3, Goal::Parameter(0));
         let more: Vec<f64> = SPEEDS.iter().chain(&addition.speeds).copied().collect();
         let after = fitted(&more);
         for i in 0..4 {
-            let came = after.standard_errors[i] / fit.standard_errors[i];
+            let measured = after.standard_errors[i] / fit.standard_errors[i];
             // The gradient moves with the parameters, by a few tenths of their errors here.
-            assert!((came / addition.shrinks_to[i] - 1.0).abs() < 0.25, "{i}: {came} for {}", addition.shrinks_to[i]);
+            assert!(
+                (measured / addition.shrinks_to[i] - 1.0).abs() < 0.25,
+                "{i}: {measured} for {}",
+                addition.shrinks_to[i]
+            );
         }
     }
 

@@ -30,7 +30,7 @@ mod tests {
     #[test]
     fn a_part_is_recognised_by_its_type() {
         let ramp = Ramp { angle: 0.0, direction: 1.0, torque: Some(0.3) };
-        assert!(matches!(Part::of(&ramp), Some(Part::Ramp(known)) if *known == ramp));
+        assert!(matches!(Part::of(&ramp), Some(Part::Ramp(part)) if *part == ramp));
         assert!(Part::of(&1.0_f64).is_none());
     }
 }

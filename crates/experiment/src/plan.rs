@@ -1,4 +1,4 @@
-//! Which speeds a friction measurement visits, where and for how long.
+//! Speeds, angles and times of a friction measurement.
 
 use std::f64::consts::TAU;
 
@@ -12,10 +12,10 @@ use stickslip_bench::SpeedRamp;
 
 /// Plan of a friction measurement at constant speeds, both directions.
 ///
-/// Fast plateaus last whole turns, so that whatever depends on the angle averages out; slow ones take an arc that is
-/// the same for every speed, and the angle dependence is taken from the fast ones: a turn at each of 24 speeds from
-/// 0.05 rad/s would take a quarter of an hour. A slow plateau is approached from its own direction at a higher speed,
-/// so that no breakaway lies within it.
+/// Fast plateaus last whole turns, which average out the dependence on the angle. Slow ones cover an arc that is the
+/// same for every speed, and the angle dependence is taken from the fast ones: a turn at each of 24 speeds from 0.05
+/// rad/s would take a quarter of an hour. A slow plateau is approached in its own direction at a higher speed, so that
+/// no breakaway is within it.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = FrictionPlan::law)]
 pub struct FrictionPlan<T> {
@@ -28,36 +28,36 @@ pub struct FrictionPlan<T> {
     /// Number of speeds, evenly spaced on a logarithmic scale.
     #[field(symbol = "n", unit = "1", range = 2.0..=200.0, default = 15.0, whole)]
     pub speeds: T,
-    /// Time at a speed before its plateau begins.
+    /// Time at a speed before its plateau.
     #[field(symbol = "T_s", unit = "s", range = 0.0..=60.0, default = 0.3)]
     pub settling_time: T,
-    /// Time over which a plateau's weight rises before its angle and falls behind it.
+    /// Rise and fall time of a plateau's weight, before and after its angle.
     #[field(symbol = "T_e", unit = "s", range = 1e-3..=1.0, default = 0.1)]
     pub edge_time: T,
-    /// From this speed on a plateau lasts whole turns.
+    /// Speed from which on a plateau lasts whole turns.
     #[field(symbol = "Ω_turn", unit = "rad/s", range = 1e-2..=1000.0, default = 2.0)]
     pub whole_turns_from: T,
-    /// Turns of a fast plateau.
+    /// Number of turns of a fast plateau.
     #[field(symbol = "n_t", unit = "1", range = 1.0..=100.0, default = 1.0, whole)]
     pub turns: T,
     /// Angle of a slow plateau.
     #[field(symbol = "Δφ", unit = "rad", range = 1e-2..=100.0, default = 0.2)]
     pub arc: T,
-    /// Angle at which the slow plateaus begin.
+    /// Start angle of the slow plateaus.
     #[field(symbol = "φ_a", unit = "rad", range = -1e4..=1e4)]
     pub arc_begin: T,
     /// Speed between the slow plateaus.
     #[field(symbol = "Ω_a", unit = "rad/s", range = 1e-2..=100.0, default = 2.0)]
     pub approach_speed: T,
-    /// Angle that a slow plateau is approached over at this speed.
+    /// Angle over which a slow plateau is approached at this speed.
     #[field(symbol = "φ_l", unit = "rad", range = 0.0..=100.0, default = 0.15)]
     pub lead_in: T,
-    /// How fast the speed changes.
+    /// Acceleration between the speeds.
     #[field(symbol = "Ω̇", unit = "rad/s^2", range = 1.0..=1e5, default = 200.0)]
     pub acceleration: T,
 }
 
-/// What a tick of the plan is for.
+/// Purpose of a tick of the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
     /// On the way.
@@ -68,7 +68,7 @@ pub enum Phase {
 
 impl<T: Scalar> FrictionPlan<T> {
     fn law(&self) -> [Relation<T>; 1] {
-        [at_least("fastest", self.fastest, self.slowest, "The speeds go from the slowest to the fastest.")]
+        [at_least("fastest", self.fastest, self.slowest, "The fastest speed is below the slowest: swap them.")]
     }
 }
 
@@ -102,14 +102,14 @@ impl FrictionPlan<f64> {
         if speed < self.whole_turns_from { self.arc } else { self.turns * TAU }
     }
 
-    /// Bench time that the plan takes [s], from rest at an angle [rad].
+    /// Bench time of the plan [s], from rest at an angle [rad].
     pub fn duration(&self, start: f64, dt: f64) -> f64 {
         let mut ticks = 0u64;
         let counted = self.walk(start, dt, &mut |_, _| {
             ticks += 1;
             Ok(())
         });
-        debug_assert!(counted.is_ok(), "a walk fails only where its visitor does");
+        debug_assert!(counted.is_ok(), "only the visitor of a walk can fail");
         ticks as f64 * dt
     }
 
@@ -138,7 +138,7 @@ impl FrictionPlan<f64> {
         Ok(())
     }
 
-    /// Brings the set-point to where the settling of a slow plateau begins, moving in its direction.
+    /// Moves the set-point to the start of a slow plateau's settling, in its direction.
     fn approach(
         &self,
         traveller: &mut SpeedRamp,
@@ -149,7 +149,7 @@ impl FrictionPlan<f64> {
         let entry = if sign > 0.0 { self.arc_begin } else { self.arc_begin + self.arc };
         let fast = self.approach_speed.max(speed);
         let settle = entry - sign * speed * (self.settling_time + 0.5 * self.edge_time);
-        // Back to where the way in is long enough to turn round and to reach the approach speed.
+        // Back far enough to turn round and reach the approach speed.
         let turn = settle - sign * self.lead_in;
         while sign * (traveller.setpoint.position + traveller.way_to(0.0) - turn) > 0.0 {
             visit(traveller.toward(-sign * fast), Phase::Moving)?;
@@ -160,7 +160,7 @@ impl FrictionPlan<f64> {
         Ok(())
     }
 
-    /// Reaches a velocity, settles, and stays for the plateau.
+    /// Accelerates to a velocity, settles, and holds it for the plateau.
     fn plateau(
         &self,
         traveller: &mut SpeedRamp,
@@ -210,7 +210,7 @@ mod tests {
         assert_eq!(arcs.len(), 30);
         for (velocity, low, high) in arcs {
             if velocity.abs() < 2.0 {
-                // To within what the approach overshoots: a tick at the approach speed. The edges lie half outside.
+                // Within the overshoot of the approach, a tick at the approach speed. The edges are half outside.
                 let edge = 0.5 * plan.edge_time * velocity.abs();
                 let (low, high) = (low + edge, high - edge);
                 assert!((low - 0.0).abs() < 2e-3 && (high - 0.2).abs() < 2e-3, "{velocity}: {low} … {high}");
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_visitor_that_fails_ends_the_walk() {
+    fn a_failing_visitor_ends_the_walk() {
         let mut ticks = 0;
         let ended = FrictionPlan::quick().walk(0.0, 1e-3, &mut |_, _| {
             ticks += 1;

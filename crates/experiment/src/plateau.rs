@@ -1,4 +1,4 @@
-//! One speed of a friction measurement: mean torque with its error, and whether the load really slid.
+//! One speed of a friction measurement: mean torque with its error, and a check that the load slid.
 
 use std::fmt;
 
@@ -6,15 +6,15 @@ use stickslip_core::friction::Friction;
 
 use stickslip_bench::Frame;
 
-/// Slower motion than this the velocity loop follows and the encoder sees [1/s].
+/// Rate up to which the velocity loop follows a motion and the encoder resolves it [1/s].
 const SWAY_RATE: f64 = 100.0;
-/// Blocks that a plateau is cut into, for figures.
+/// Blocks of a plateau in figures.
 const BLOCKS: usize = 20;
 /// Frequencies, in periods a plateau, whose power gives the error of the mean.
 const FREQUENCIES: usize = 4;
-/// Counts of a window over which the mean speed is judged.
+/// Counts of a window for the mean speed.
 const WINDOW_COUNTS: f64 = 30.0;
-/// Ticks that a window has at least; faster than that, nothing sticks.
+/// Least ticks of a window; above that speed no load sticks.
 const WINDOW_TICKS: f64 = 20.0;
 /// Relative deviation of the windows' speeds above which a load sticks or hunts.
 const LARGEST_DEVIATION: f64 = 0.15;
@@ -26,13 +26,13 @@ pub struct Block {
     pub velocity: f64,
     /// Friction torque [N m].
     pub torque: f64,
-    /// Torque asked of the load motor, against positive motion [N m].
+    /// Torque commanded to the load motor, against positive motion [N m].
     pub difference_torque: f64,
     /// Torque of the load motor by its current, against positive motion [N m].
     pub load_torque: f64,
 }
 
-/// Why a plateau is no friction value.
+/// Reason for which a plateau is not valid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Dropped {
     /// The load sticks or hunts.
@@ -47,18 +47,18 @@ impl fmt::Display for Dropped {
         let Dropped::Sticks { deviation } = self;
         write!(
             f,
-            "the load sticks or hunts (its speed deviates by {:.0} %, allowed are {:.0} %). A stiffer coupling, more \
-             inertia, or a stiffer velocity loop would help; so would starting at a higher speed.",
+            "the load sticks or hunts (its speed deviates by {:.0} %, limit {:.0} %). Use a stiffer coupling, more inertia \
+             or a stiffer velocity loop, or start at a higher speed.",
             100.0 * deviation,
             100.0 * LARGEST_DEVIATION
         )
     }
 }
 
-/// What was measured at one speed.
+/// Measurement at one speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plateau {
-    /// Velocity that was asked for [rad/s].
+    /// Set velocity [rad/s].
     pub set_velocity: f64,
     /// Mean velocity by the encoder [rad/s].
     pub velocity: f64,
@@ -70,38 +70,38 @@ pub struct Plateau {
     pub standard_error: f64,
     /// RMS deviation of the speed over windows of counts, relative.
     pub deviation: f64,
-    /// RMS speed of the quick motion that the drive torque's own noise makes, too small for the encoder [rad/s].
+    /// RMS speed of the quick motion caused by noise of the drive torque, below the encoder's resolution [rad/s].
     pub sway: f64,
-    /// Why it does not count, if so.
+    /// Reason for which it is not valid, if so.
     pub dropped: Option<Dropped>,
-    /// The parts that it was cut into.
+    /// Means over its parts.
     pub blocks: Vec<Block>,
     /// Frequency [Hz] and density [N² m² s] of the lowest noise of its torque balance.
     pub(super) noise: [[f64; 2]; FREQUENCIES],
     /// Time of a rectangle that averages white noise as its window does [s].
     pub(super) averaging_time: f64,
-    /// What of the torque is the machine's own friction, and not the load motor's [N m].
+    /// Part of the torque that is the machine's own friction, without the load motor's [N m].
     pub(super) own: f64,
     /// Amplitudes of cosine and sine of the angle and its multiples as shares of the own friction, if the plateau has
     /// whole turns.
     pub(super) harmonics: Option<[[f64; 2]; HARMONICS]>,
 }
 
-/// Multiples of the screw's angle whose share of the friction is looked for.
+/// Multiples of the screw's angle whose share of the friction is determined.
 pub(super) const HARMONICS: usize = 3;
 
-/// What of the machine the torque balance needs.
+/// Machine data for the torque balance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Balance<'a> {
     /// J_M + J_L [kg m²].
     pub(super) inertia: f64,
-    /// Friction of the drive motor, no friction of the load.
+    /// Friction of the drive motor, not of the load.
     pub(super) motor_friction: &'a Friction<f64>,
     /// Angle of an encoder count [rad].
     pub(super) count: f64,
     /// Time of a tick [s].
     pub(super) dt: f64,
-    /// Time over which the window of a plateau rises, and falls [s].
+    /// Rise and fall time of a plateau's window [s].
     pub(super) edge_time: f64,
     /// Whether the load motor renders a part of the friction.
     pub(super) renders: bool,
@@ -112,7 +112,7 @@ impl Balance<'_> {
     pub(super) fn evaluate(&self, set_velocity: f64, frames: &[Frame], whole_turns: bool) -> Plateau {
         let window = Window::new(frames.len(), self.edge_time / self.dt);
         let velocity = self.velocity(frames, &window);
-        // Only what stays at constant speed is friction: what inertia takes is not, nor what the motor itself rubs.
+        // Friction is the torque at constant speed, without the inertia's torque and the motor's own friction.
         let motor_friction = self.motor_friction.steady_torque(velocity, 0.0, 0.0);
         let torque = self.torque(frames, |tick| window.weight(tick)) - motor_friction;
         let no_friction = mean(frames, |frame| frame.signals.commanded_torque) - torque;
@@ -130,7 +130,7 @@ impl Balance<'_> {
             .collect();
         let deviation = self.deviation(set_velocity, frames);
         let averaging_time = self.dt / (0..frames.len()).map(|tick| window.weight(tick as f64).powi(2)).sum::<f64>();
-        // Angle dependence would fill the first frequencies of whole turns.
+        // The angle dependence is at the first frequencies of whole turns.
         let noise = self.noise(frames, &window, averaging_time, if whole_turns { HARMONICS } else { 0 });
         let estimate = mean(frames, |frame| frame.signals.estimated_velocity);
         let variance = mean(frames, |frame| (frame.signals.estimated_velocity - estimate).powi(2));
@@ -144,7 +144,7 @@ impl Balance<'_> {
             averaging_time,
             deviation,
             sway: self.sway(frames),
-            // Without a single window the deviation is infinite: that is no sliding either.
+            // Without a single window the deviation is infinite, and the plateau is not valid either.
             dropped: (deviation > LARGEST_DEVIATION).then_some(Dropped::Sticks { deviation }),
             own,
             harmonics: whole_turns.then(|| harmonics(frames, no_friction + rendered, own)),
@@ -179,8 +179,8 @@ impl Balance<'_> {
     /// Frequency [Hz] and spectral density [N² m² s] of the torque balance at the lowest frequencies after the first
     /// `skipped`.
     ///
-    /// Of the balance, not of the torque: the torque alone is coloured by the velocity loop, which turns the noise of
-    /// its tacho into motion, and its density rises with the square of the frequency.
+    /// The torque alone is coloured by the velocity loop, which turns the noise of its tacho into motion, and its
+    /// density rises with the square of the frequency; the balance is not.
     fn noise(&self, frames: &[Frame], window: &Window, time: f64, skipped: usize) -> [[f64; 2]; FREQUENCIES] {
         std::array::from_fn(|k| {
             let step = std::f64::consts::TAU * (skipped + k + 1) as f64 / window.core();
@@ -190,7 +190,7 @@ impl Balance<'_> {
         })
     }
 
-    /// RMS speed [rad/s] that the commanded torque gives the inertia at frequencies above [`SWAY_RATE`].
+    /// RMS speed [rad/s] of the inertia under the commanded torque at frequencies above [`SWAY_RATE`].
     fn sway(&self, frames: &[Frame]) -> f64 {
         let mean = mean(frames, |frame| frame.signals.commanded_torque);
         let (mut speed, mut squares) = (0.0, 0.0);
@@ -212,13 +212,13 @@ impl Balance<'_> {
             sum += (way / duration.max(self.dt) / speed - 1.0).powi(2);
             windows += 1;
         };
-        // Time since the last edge of a window [s], way since the first [rad].
+        // Time since the last edge of a window [s], way since the first edge [rad].
         let (mut time, mut edge, mut last) = (0.0, window, 0.0);
         for frame in &frames[1..] {
             let way = (frame.angle - first.angle) * set_velocity.signum();
             time += self.dt;
             while way >= edge {
-                // The edge lies within this tick, between `last` and `way`.
+                // The edge is within this tick, between `last` and `way`.
                 let beyond = self.dt * (way - edge) / (way - last);
                 judge(time - beyond, window);
                 time = beyond;
@@ -226,7 +226,7 @@ impl Balance<'_> {
             }
             last = way;
         }
-        // A rest that lasted longer than two windows should: a load that stays stuck.
+        // A rest longer than two windows: the load is stuck.
         if time * speed > 2.0 * window {
             judge(time, last - (edge - window));
         }
@@ -234,24 +234,24 @@ impl Balance<'_> {
     }
 }
 
-/// Standard error of a mean [N m] over a time [s] under noise of these densities, which are taken as one.
+/// Standard error of a mean [N m] over a time [s] under noise with the mean of these densities.
 pub(super) fn standard_error<'a>(noise: impl ExactSizeIterator<Item = &'a [f64; 2]>, time: f64) -> f64 {
     let count = noise.len() as f64;
     (noise.map(|[_, density]| density).sum::<f64>() / count / time).sqrt()
 }
 
-/// A rectangle smoothed by a Hann window: its spectrum still has the rectangle's zeros, so that whole turns average the
-/// angle dependence out, and it has no edges, at which the noise of the speed would count fully.
+/// A rectangle smoothed by a Hann window: its spectrum has the rectangle's zeros, so that whole turns average out the
+/// angle dependence, and it has no edges, at which the noise of the speed would have its full effect.
 #[derive(Clone, Copy, Debug)]
 struct Window {
     /// Ticks.
     length: f64,
-    /// Ticks in which it rises.
+    /// Ticks of its rise.
     edge: f64,
 }
 
 impl Window {
-    /// Over so many frames; the edges are at most half of it each.
+    /// A window over a number of frames; each edge is at most half of it.
     fn new(frames: usize, edge: f64) -> Self {
         let length = frames as f64;
         Window { length, edge: edge.min(0.5 * length) }
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn inertia_is_no_friction() {
+    fn inertia_does_not_count_as_friction() {
         // 10 rad/s that still rise by 2 rad/s² take 2 mN m.
         let plateau = evaluate(10.0, 0.6, |t| 10.0 * t + t * t, |_| 0.202);
         assert!((plateau.torque - 0.2).abs() < 2e-5, "{}", plateau.torque);
@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_that_the_noise_of_the_loop_makes_is_no_friction() {
+    fn motion_by_noise_of_the_loop_does_not_count_as_friction() {
         // The speed sways by 0.05 rad/s at 7 Hz, not a whole number of periods in the plateau: at its ends the inertia
         // alone would be mistaken for 1e-3 · 0.1 / 0.2 = 5e-4 N m.
         let (omega, sway) = (std::f64::consts::TAU * 7.0, 0.05);
@@ -363,10 +363,10 @@ mod tests {
     }
 
     #[test]
-    fn a_load_that_sticks_is_dropped_and_one_that_slides_is_not() {
+    fn a_sticking_load_is_dropped_and_a_sliding_one_is_not() {
         let slides = evaluate(0.1, 2.0, |t| 0.1 * t, |_| 0.3);
         assert!(slides.dropped.is_none() && slides.deviation < 0.08, "{}", slides.deviation);
-        // Stick-slip: 0.5 s of rest, then the way of 0.5 s at once.
+        // Stick-slip: 0.5 s of rest, then the way of 0.5 s in one step.
         let jumps = evaluate(0.1, 2.0, |t| 0.05 * (t / 0.5).floor(), |_| 0.3);
         assert!(matches!(jumps.dropped, Some(Dropped::Sticks { deviation }) if deviation > 0.15));
         let stuck = evaluate(0.1, 2.0, |_| 0.0, |_| 0.3);

@@ -1,9 +1,8 @@
 //! Presliding: small torque cycles from rest, the hysteresis loop, and bristle stiffness and damping from it.
 //!
-//! Slow cycles show the stiffness σ₀, quick ones the damping σ₁. What an encoder truly tells is when its counter
-//! changes: there the angle is known to a hair, between it is not at all. So the loop is fitted at these edges, by
-//! simulating drive and bristles under the torque that was commanded; how many different edges a loop crosses decides
-//! what can be known.
+//! Slow cycles determine the stiffness σ₀, quick ones the damping σ₁. An encoder gives the exact angle when its counter
+//! changes, and only an interval between. So the loop is fitted at these edges, by simulating drive and bristles under
+//! the commanded torque; the number of different edges of a loop decides which parameters are identifiable.
 
 use std::convert::Infallible;
 use std::f64::consts::TAU;
@@ -25,15 +24,15 @@ use stickslip_fit::{Stop, minimise, student_t95};
 
 /// Steps of the simulation in a tick.
 const STEPS: usize = 2;
-/// Different edges that a loop must cross to be called known.
+/// Least number of different edges of an identifiable loop.
 const ENOUGH_EDGES: usize = 8;
-/// Parts of a cycle that a loop is drawn with.
+/// Points of a loop in figures.
 const PHASES: usize = 100;
 
 /// Plan of a presliding measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct PreslidingPlan<T> {
-    /// Amplitude of the torque as a share of the breakaway torque that is believed.
+    /// Amplitude of the torque as a share of the model's breakaway torque.
     #[field(symbol = "M/M_S", unit = "1", range = 0.05..=0.95, default = 0.6)]
     pub share: T,
     /// Frequency of the slow cycles.
@@ -48,7 +47,7 @@ pub struct PreslidingPlan<T> {
     /// Number of quick cycles; the first is left out.
     #[field(symbol = "n_2", unit = "1", range = 2.0..=1000.0, default = 10.0, whole)]
     pub quick_cycles: T,
-    /// Angle at which the load rests.
+    /// Rest angle of the load.
     #[field(symbol = "φ_0", unit = "rad", range = -1e4..=1e4)]
     pub angle: T,
     /// Time at rest before the cycles.
@@ -70,11 +69,11 @@ impl PreslidingPlan<f64> {
 /// A hysteresis loop, mean over its cycles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
-    /// Of the torque [Hz].
+    /// Frequency of the torque [Hz].
     pub frequency: f64,
     /// Torque [N m] and angle from rest [rad], evenly spaced in time over a cycle.
     pub points: Vec<[f64; 2]>,
-    /// The same by the bristles that were fitted; empty where they are not known.
+    /// The same for the fitted bristles; empty without a fit.
     pub fitted: Vec<[f64; 2]>,
     /// Different angles at which the counter changed.
     pub levels: usize,
@@ -82,29 +81,29 @@ pub struct Loop {
     record: Vec<[f64; 2]>,
 }
 
-/// What the loops say of the bristles.
+/// Result for the bristles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Presliding {
-    /// Slow and quick loop; the quick one lacks where the experiment was cancelled.
+    /// Slow and quick loop; a cancelled experiment may lack the quick one.
     pub loops: Vec<Loop>,
-    /// Stiffness σ₀ [N m/rad] with its 95 % interval, where the encoder tells it.
+    /// Stiffness σ₀ [N m/rad] with its 95 % interval, if the encoder resolves it.
     pub stiffness: Option<(f64, [f64; 2])>,
     /// Damping σ₁ [N m s/rad] likewise.
     pub damping: Option<(f64, [f64; 2])>,
-    /// The stiffness is at least this [N m/rad]: the load would have crossed another count otherwise.
+    /// The stiffness is at least this [N m/rad]: otherwise the load would have crossed another count.
     pub least_stiffness: f64,
-    /// Counts a revolution that an encoder would need for both.
+    /// Encoder counts per revolution required for both.
     pub counts_needed: f64,
-    /// Counts a revolution that there are.
+    /// Encoder counts per revolution of the bench.
     pub counts: f64,
-    /// Whether the plan came to its end.
+    /// Whether the plan was completed.
     pub complete: bool,
-    /// Bench time that it took [s].
+    /// Bench time [s].
     pub duration: f64,
 }
 
 impl Presliding {
-    /// Loops of which nothing is known yet.
+    /// Loops before the fit.
     pub fn of_loops(loops: Vec<Loop>) -> Self {
         Presliding {
             loops,
@@ -120,37 +119,38 @@ impl Presliding {
 
     /// The estimates, each with its name.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
-        let known = [("bristle stiffness", self.stiffness, "N m/rad"), ("bristle damping", self.damping, "N m s/rad")];
-        known.into_iter().filter_map(|(name, estimate, unit)| {
+        let estimates =
+            [("bristle stiffness", self.stiffness, "N m/rad"), ("bristle damping", self.damping, "N m s/rad")];
+        estimates.into_iter().filter_map(|(name, estimate, unit)| {
             let (value, [low, high]) = estimate?;
             Some((name, Estimate::new(value, unit).with_half_width(0.5 * (high - low))))
         })
     }
 
-    /// What a reader should know of it.
+    /// Warnings for the report.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.stiffness.is_none() || self.damping.is_none() {
-            let what = if self.stiffness.is_none() { "Presliding is" } else { "The damping of the bristles is" };
+            let subject = if self.stiffness.is_none() { "Presliding is" } else { "The damping of the bristles is" };
             warnings.push(format!(
-                "{what} not identifiable with this encoder of {} counts a revolution: at least {:.0} are needed. The \
+                "{subject} not identifiable with this encoder of {} counts per revolution: at least {:.0} are required. The \
                  bristle stiffness is at least {:.3e} N·m/rad.",
                 self.counts, self.counts_needed, self.least_stiffness
             ));
         }
         if !self.complete {
-            warnings.push("Cancelled before its end: what was measured until then.".into());
+            warnings.push("Cancelled: results of the cycles measured until then.".into());
         }
         warnings
     }
 }
 
-/// Measures the hysteresis loops below breakaway. The bench must be homed and running, its belief of the own friction
-/// measured.
+/// Measures the hysteresis loops below breakaway. The bench must be homed and running, and its model must have the
+/// measured own friction.
 ///
 /// # Errors
-/// [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`] before the slow cycles have ended, afterwards what
-/// was measured comes back as not complete.
+/// [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`] before the slow cycles have ended; afterwards a
+/// cancelled measurement returns its loops as not complete.
 pub fn measure_presliding(
     plan: &PreslidingPlan<f64>,
     bench: &mut dyn Bench,
@@ -223,11 +223,11 @@ fn mean_loop(frequency: f64, record: Vec<[f64; 2]>, dt: f64) -> Loop {
 /// A change of the counter.
 struct Edge {
     tick: usize,
-    /// The angle that was passed [rad].
+    /// The angle of the edge [rad].
     angle: f64,
 }
 
-/// All changes of the counter. Going up it passes the angle that it then shows, going down the one that it showed.
+/// All changes of the counter. The angle of the edge is the larger of both counts.
 fn edges(record: &[[f64; 2]]) -> impl Iterator<Item = Edge> + '_ {
     record
         .windows(2)
@@ -255,10 +255,10 @@ fn evaluate(model: &Model<f64>, loops: Vec<Loop>, share: f64, dt: f64, complete:
     // Stiffness, damping and an offset in each loop need more than one level in both.
     if levels >= 2 && presliding.loops.len() == 2 {
         let (contact, [stiffness, damping]) = fit(model, &presliding.loops, least_stiffness, dt);
-        // An interval that begins below nothing or spans a decade is no knowledge.
-        let known =
+        // An interval with a negative end or of more than a decade counts as not identifiable.
+        let identifiable =
             |(value, [low, high]): (f64, [f64; 2])| (low > 0.0 && high < 10.0 * low).then_some((value, [low, high]));
-        (presliding.stiffness, presliding.damping) = (known(stiffness), known(damping));
+        (presliding.stiffness, presliding.damping) = (identifiable(stiffness), identifiable(damping));
         if let (Some(_), Some((contact, plastic))) = (presliding.stiffness, contact) {
             for one in &mut presliding.loops {
                 one.fitted = fitted(model, &contact, plastic, one, dt);
@@ -268,13 +268,13 @@ fn evaluate(model: &Model<f64>, loops: Vec<Loop>, share: f64, dt: f64, complete:
     presliding
 }
 
-/// The two models of bristles that a loop may have come from.
+/// The two bristle models of a loop.
 fn bristles<T: Scalar>(own: &Stribeck<f64>, [stiffness, damping]: [T; 2], elastic: bool) -> ElastoPlastic<T> {
     let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] =
         [own.breakaway_torque, own.kinetic_torque, own.stribeck_velocity, own.viscous_friction].map(T::of);
     let decay = stickslip_core::friction::Decay::Exponential;
     let sliding = Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, decay };
-    // Presliding is slower than any speed at which the damping fades.
+    // Presliding is too slow for the fading of the damping.
     let fading = Fading::Gaussian(DampingVelocity { velocity: T::of(1.2) });
     let lugre = LuGre { sliding, bristle_stiffness: stiffness, bristle_damping: damping, fading };
     ElastoPlastic { lugre, elastic_fraction: T::of(if elastic { 0.7 } else { 0.0 }) }
@@ -302,14 +302,14 @@ fn simulate<T: Scalar>(
             decay: stickslip_core::friction::Decay::Exponential,
         },
     };
-    // The believed lag is that of amplifier and tacho together: between none of it and all is the amplifier's.
+    // The model's lag is that of amplifier and tacho together: the amplifier has a share between 0 and 1.
     let follow = 1.0 - libm::exp(-dt / STEPS as f64 / (0.5 * model.drive_lag).max(1e-9));
     let zero = T::of(0.0);
     let (mut applied, mut commanded) = (0.0, 0.0);
     let (mut motor_angle, mut motor_speed, mut angle, mut speed, mut deflection) = (zero, zero, zero, zero, zero);
     let mut angles = Vec::with_capacity(record.len());
     for [torque, _] in record {
-        // What is read in a tick comes before what is written in it.
+        // In a tick the angle is read before the torque is written.
         angles.push(angle);
         for _ in 0..STEPS {
             applied += follow * (commanded - applied);
@@ -329,8 +329,7 @@ fn simulate<T: Scalar>(
     angles
 }
 
-/// The loop of fitted bristles over the measured one: where within a count the load rested is unknown, so that their
-/// means agree.
+/// The loop of the fitted bristles, shifted to the mean of the measured one: the rest angle within a count is unknown.
 fn fitted(model: &Model<f64>, contact: &ElastoPlastic<f64>, plastic: bool, measured: &Loop, dt: f64) -> Vec<[f64; 2]> {
     let angles = simulate(model, contact, plastic, &measured.record, dt);
     let record = measured.record.iter().zip(angles).map(|([torque, _], angle)| [*torque, angle]).collect();
@@ -340,10 +339,10 @@ fn fitted(model: &Model<f64>, contact: &ElastoPlastic<f64>, plastic: bool, measu
     points.into_iter().map(|[torque, angle]| [torque, angle + off]).collect()
 }
 
-/// Bristles, and whether they have no elastic zone.
+/// Bristles, and whether they lack an elastic zone.
 type Contact = (ElastoPlastic<f64>, bool);
 
-/// The model that leaves less, and σ₀ and σ₁ by it, each with its 95 % interval.
+/// The model with the smaller residual, and its σ₀ and σ₁, each with its 95 % interval.
 fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> (Option<Contact>, [(f64, [f64; 2]); 2]) {
     let residuals = |parameters: [Dual<2>; 2], plastic: bool| {
         let contact = bristles(&model.own, parameters, !plastic);
@@ -351,7 +350,7 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> (Option<Conta
         for one in loops {
             let angles = simulate(model, &contact, plastic, &one.record, dt);
             let off: Vec<Dual<2>> = edges(&one.record).map(|edge| angles[edge.tick] - Dual::of(edge.angle)).collect();
-            // Where within a count the load rested is unknown: the mean says.
+            // The rest angle within a count is unknown; the mean determines it.
             let sum = off.iter().fold(Dual::of(0.0), |sum, r| sum + *r);
             let mean = sum / Dual::of(off.len() as f64);
             residuals.extend(off.into_iter().map(|r| r - mean));
@@ -363,7 +362,7 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> (Option<Conta
     let mut best: Option<(f64, [f64; 2], bool)> = None;
     for plastic in [false, true] {
         for factor in [1.2, 3.0] {
-            // A damping that is half of the critical one.
+            // Half of the critical damping.
             let stiffness = factor * least;
             let start = [stiffness, (stiffness * model.drive.load_inertia).sqrt()];
             let Ok(minimum) = minimise(start, BOUNDS, stop, |p| Ok::<_, Infallible>(residuals(p, plastic)));
@@ -376,9 +375,9 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> (Option<Conta
     let Some((cost, parameters, plastic)) = best else { return (None, unknown) };
     let contact = Some((bristles(&model.own, parameters, !plastic), plastic));
     let rows = residuals(std::array::from_fn(|i| Dual::variable(parameters[i], i)), plastic);
-    // Edges come again in every cycle: only those that differ in level and direction tell something new.
-    let news: f64 = loops.iter().map(|one| 2.0 * one.levels as f64).sum();
-    let freedom = news - 4.0;
+    // Edges repeat in every cycle: only those that differ in level and direction add information.
+    let distinct: f64 = loops.iter().map(|one| 2.0 * one.levels as f64).sum();
+    let freedom = distinct - 4.0;
     let all = rows.len() as f64;
     let normal = rows.iter().fold(Matrix2::zeros(), |sum, row| {
         sum + Matrix2::from_fn(|i, j| row.gradient[i] * parameters[i] * row.gradient[j] * parameters[j])
@@ -387,10 +386,10 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> (Option<Conta
     if freedom < 1.0 {
         return (contact, unknown);
     }
-    // News instead of all: the mean square stays, what the rows tell together shrinks by all/news.
-    let variance = cost / all * (news / freedom) * (all / news);
-    // What the model leaves open, as halves of uniform distributions: the motor's own presliding, of which its level is
-    // believed alone, and for the damping which part of the lag is the amplifier's.
+    // Distinct edges instead of all: the mean square stays, the information of the rows shrinks by all/distinct.
+    let variance = cost / all * (distinct / freedom) * (all / distinct);
+    // Model uncertainty, as halves of uniform distributions: the motor's own presliding, of which the model has the
+    // level only, and for the damping the amplifier's share of the lag.
     let amplitude = loops.iter().flat_map(|one| &one.record).map(|[torque, _]| *torque).fold(0.0, f64::max);
     let brushes = model.motor_friction.steady_torque(1e-9, 0.0, 0.0) / amplitude;
     let lag = 0.5 * model.drive_lag * parameters[0] / parameters[1];

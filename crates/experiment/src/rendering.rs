@@ -1,4 +1,4 @@
-//! What the paper's law can be expected to render, and how it looks around standstill.
+//! Expected friction under the paper's law, in particular around standstill.
 
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::DifferenceTorque;
@@ -7,16 +7,16 @@ use super::friction::hold_speed;
 use stickslip_base::{Error, Watch};
 use stickslip_bench::{Bench, Command, Frame, SpeedRamp};
 
-/// Difference between desired and rendered characteristic [N m] that is expected at a velocity [rad/s].
+/// Expected difference between desired and rendered characteristic [N m] at a velocity [rad/s].
 ///
 /// The law multiplies by the sign of an estimate Ω + n and is faded out around standstill; with n normal of standard
-/// deviation `sigma` the load motor gives E[1(|Ω + n| > Ω_fade)·sign(Ω + n)·D(|Ω + n|)] where D(Ω) was wanted.
+/// deviation `sigma` the load motor gives E[1(|Ω + n| > Ω_fade)·sign(Ω + n)·D(|Ω + n|)] instead of D(Ω).
 pub fn expected_deviation(law: &DifferenceTorque<f64>, velocity: f64, sigma: f64) -> f64 {
-    let wanted = velocity.signum() * (law.desired.magnitude(velocity.abs()) - law.own.magnitude(velocity.abs()));
+    let difference = velocity.signum() * (law.desired.magnitude(velocity.abs()) - law.own.magnitude(velocity.abs()));
     if sigma <= 0.0 {
-        return wanted - law.torque(velocity);
+        return difference - law.torque(velocity);
     }
-    // Sum over ±6 σ; the steps at the fade limits are hit by so many points that their place does not matter.
+    // Sum over ±6 σ; with this many points the place of the fade limits between them has no effect.
     const POINTS: i32 = 6000;
     let (mut mean, mut weights) = (0.0, 0.0);
     for k in -POINTS..=POINTS {
@@ -25,7 +25,7 @@ pub fn expected_deviation(law: &DifferenceTorque<f64>, velocity: f64, sigma: f64
         weights += weight;
         mean += weight * law.torque(velocity + sigma * s);
     }
-    wanted - mean / weights
+    difference - mean / weights
 }
 
 /// RMS of [`expected_deviation`] over the velocities [rad/s] that lie inside the fade-out, each with the standard
@@ -38,36 +38,36 @@ pub fn expected_inside_fade(law: &DifferenceTorque<f64>, velocities: impl Iterat
     libm::sqrt(squares.iter().sum::<f64>() / squares.len() as f64)
 }
 
-/// How far the friction wheel must be pressed on for a breakaway torque.
+/// Preload of the friction wheel for a breakaway torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreloadAdvice {
     /// Preload to set, 0 … 1.
     pub preload: f64,
-    /// Preload that would bring it exactly, perhaps out of reach.
+    /// Preload for exactly this torque, possibly out of range.
     pub wanted: f64,
-    /// Breakaway torque to expect [N m].
+    /// Expected breakaway torque [N m].
     pub breakaway_torque: f64,
 }
 
 /// The preload for a desired breakaway torque [N m], from curve 1 (linings released) and curve 2 (pressed on fully):
-/// friction of a dry lining is in proportion to its preload.
+/// friction of a dry lining is proportional to its preload.
 pub fn advise_preload(desired: f64, released: &Stribeck<f64>, pressed: &Stribeck<f64>) -> PreloadAdvice {
     let span = pressed.breakaway_torque - released.breakaway_torque;
-    let wanted = if span > 0.0 { (desired - released.breakaway_torque) / span } else { 0.0 };
-    let preload = wanted.clamp(0.0, 1.0);
-    PreloadAdvice { preload, wanted, breakaway_torque: released.breakaway_torque + preload * span }
+    let exact = if span > 0.0 { (desired - released.breakaway_torque) / span } else { 0.0 };
+    let preload = exact.clamp(0.0, 1.0);
+    PreloadAdvice { preload, wanted: exact, breakaway_torque: released.breakaway_torque + preload * span }
 }
 
-/// A breakaway torque [N m] that was measured at a preload.
+/// A breakaway torque measured at a preload.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pressed {
-    /// How far the linings were pressed on, 0 … 1.
+    /// Preload of the linings, 0 … 1.
     pub preload: f64,
     /// The breakaway torque [N m].
     pub breakaway_torque: f64,
 }
 
-/// As [`advise_preload`], from measurements at any two preloads; `None` where they tell no line.
+/// As [`advise_preload`], from measurements at any two preloads; `None` if they do not determine a line.
 pub fn advise_preload_from(desired: f64, measured: [Pressed; 2]) -> Option<PreloadAdvice> {
     let [a, b] = measured;
     let slope = (b.breakaway_torque - a.breakaway_torque) / (b.preload - a.preload);
@@ -78,7 +78,7 @@ pub fn advise_preload_from(desired: f64, measured: [Pressed; 2]) -> Option<Prelo
     slope.is_finite().then(|| advise_preload(desired, &at(0.0), &at(1.0)))
 }
 
-/// Runs a triangular speed sweep through standstill, both ways, with the rendering law on; every tick is kept.
+/// Runs a triangular speed sweep through standstill, both ways, with the rendering law on; returns every tick.
 ///
 /// # Errors
 /// [`Error::Cancelled`], [`Error::BenchFault`].
@@ -131,10 +131,10 @@ mod tests {
     }
 
     #[test]
-    fn with_noise_some_of_it_is_rendered() {
+    fn with_noise_a_part_of_the_difference_is_rendered() {
         let law = law();
         let missing = (law.desired.magnitude(0.2) - law.own.magnitude(0.2)).abs();
-        // The estimate lies beyond the upper limit with Φ(−1) = 16 % at one σ: about that share is rendered.
+        // The estimate is beyond the upper limit with Φ(−1) = 16 % at one σ: about that share is rendered.
         let expected = expected_deviation(&law, 0.2, 0.1).abs();
         assert!(expected < 0.87 * missing && expected > 0.7 * missing, "{expected} of {missing}");
         let rms = expected_inside_fade(&law, [(0.2, 0.1), (5.0, 0.1)].into_iter());
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn the_preload_is_that_share_of_the_wheel_which_lacks() {
+    fn the_preload_is_the_missing_share_of_the_wheel() {
         let released = Stribeck { breakaway_torque: 0.06, ..Stribeck::default() };
         let pressed = Stribeck { breakaway_torque: 0.30, ..Stribeck::default() };
         let advice = advise_preload(0.18, &released, &pressed);
@@ -151,7 +151,7 @@ mod tests {
         assert!((beyond.wanted - 1.25).abs() < 1e-12);
         assert_eq!((beyond.preload, beyond.breakaway_torque), (1.0, 0.3));
         assert_eq!(advise_preload(0.3, &pressed, &pressed).preload, 0.0);
-        // The same line through other points; one point alone tells none.
+        // The same line through other points; one point alone does not determine it.
         let at = |preload, breakaway_torque| Pressed { preload, breakaway_torque };
         let same = advise_preload_from(0.18, [at(0.25, 0.12), at(0.75, 0.24)]).unwrap();
         assert!((same.preload - 0.5).abs() < 1e-12 && (same.breakaway_torque - 0.18).abs() < 1e-12);

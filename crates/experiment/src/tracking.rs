@@ -1,8 +1,8 @@
-//! Tracking: the controller under test follows motions rich in reversals and speeds, sample by sample on record.
+//! Tracking: the controller under test follows motions with many reversals and speeds, and every sample is recorded.
 //!
-//! Sines from slow to fast at several frequencies, then moves of several lengths, gentle and as fast as allowed; each motion
-//! ends at rest where it began. One set-point goes on from one to the next: what it did before is known of each sample. So
-//! the record says which torque each motion takes, and is what a network can be trained on.
+//! Sines from slow to fast at several frequencies, then moves of several lengths, gentle and as fast as allowed; each
+//! motion ends at rest where it started. One set-point continues from one to the next, so that its past is known for
+//! each sample. The record contains the torque of each motion and can train a network.
 
 use std::f64::consts::TAU;
 
@@ -18,14 +18,14 @@ use stickslip_design::{preview, setpoint_features};
 
 /// Time in which a sine fades in, and out [s].
 const FADE: f64 = 1.0;
-/// Between that it lasts for so many periods, and at least for so long [s].
+/// Periods of a sine between the fades, and its least time [s].
 const PERIODS: f64 = 2.0;
 const LEAST_TIME: f64 = 2.0;
 /// Rest after each motion [s].
 const DWELL: f64 = 0.2;
 /// Lengths of moves, as shares of the stroke.
 const LENGTHS: [f64; 4] = [1e-3, 1e-2, 0.1, 1.0];
-/// A gentle move has these shares of the largest speed and acceleration.
+/// Shares of the largest speed and acceleration of a gentle move.
 const GENTLE: [f64; 2] = [0.125, 0.03];
 
 /// Plan of a record of tracking.
@@ -37,7 +37,7 @@ pub struct TrackingPlan<T> {
     /// Largest speed of the slowest sine.
     #[field(symbol = "Ω_min", unit = "rad/s", range = 1e-3..=1e3, default = 0.2)]
     pub slowest: T,
-    /// How many sines of different speeds a frequency has, at most.
+    /// Largest number of sines of different speeds at a frequency.
     #[field(symbol = "n_Ω", unit = "1", range = 2.0..=50.0, default = 6.0, whole)]
     pub speeds: T,
     /// Lowest frequency.
@@ -46,13 +46,13 @@ pub struct TrackingPlan<T> {
     /// Highest frequency.
     #[field(symbol = "f_max", unit = "Hz", range = 0.02..=50.0, default = 2.0)]
     pub highest_frequency: T,
-    /// How many frequencies.
+    /// Number of frequencies.
     #[field(symbol = "n_f", unit = "1", range = 2.0..=20.0, default = 4.0, whole)]
     pub frequencies: T,
     /// Largest amplitude of a sine, and length of the longest move.
     #[field(symbol = "r₀", unit = "rad", range = 1e-2..=1e4, default = 25.0)]
     pub stroke: T,
-    /// Largest acceleration: of the moves, and of any sine.
+    /// Largest acceleration of moves and sines.
     #[field(symbol = "α_max", unit = "rad/s^2", range = 1e-1..=1e5, default = 600.0)]
     pub acceleration: T,
     /// Largest change of the acceleration in a move.
@@ -63,38 +63,38 @@ pub struct TrackingPlan<T> {
 /// A motion of the plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// In words.
+    /// Description.
     pub what: String,
     reference: Reference<f64>,
-    /// How long [s].
+    /// Duration [s].
     duration: f64,
 }
 
 /// One sample of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackedSample {
-    /// Since the first one [s].
+    /// Time since the first sample [s].
     pub time: f64,
-    /// Which motion, from 0.
+    /// Index of the motion, from 0.
     pub motion: usize,
     /// Set-point.
     pub setpoint: Setpoint<f64>,
     /// Angle by the encoder [rad].
     pub angle: f64,
-    /// Torque that was commanded from it on, in force from the next sample on [N m].
+    /// Commanded torque computed from it, active from the next sample on [N m].
     pub torque: f64,
 }
 
-/// How well a motion was followed.
+/// Deviation over a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Followed {
     /// Deviation by the encoder, RMS [rad].
     pub deviation: f64,
-    /// Its largest magnitude [rad].
+    /// Largest deviation [rad].
     pub peak: f64,
 }
 
-/// What was recorded.
+/// The record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tracked {
     /// The motions of the plan.
@@ -103,15 +103,15 @@ pub struct Tracked {
     pub samples: Vec<TrackedSample>,
     /// Time between samples [s].
     pub period: f64,
-    /// From a sample to when its torque acts [s].
+    /// Delay from a sample to its torque [s].
     pub preview: f64,
-    /// Inertia that is believed [kg m²].
+    /// Inertia of the model [kg m²].
     pub inertia: f64,
-    /// What a network sees of the set-points.
+    /// Features of the set-points for a network.
     pub features: SetpointFeatures<f64>,
-    /// Whether it came to its end.
+    /// Whether it was completed.
     pub complete: bool,
-    /// Time on the bench [s].
+    /// Bench time [s].
     pub duration: f64,
 }
 
@@ -126,12 +126,12 @@ impl TrackingPlan<f64> {
         for frequency in spread(self.frequencies, self.lowest_frequency, self.highest_frequency) {
             for speed in spread(self.speeds, self.slowest.min(self.speed), self.speed) {
                 let amplitude = speed / (TAU * frequency);
-                // As many digits as a number on the page has.
+                // The digits of a number on the page.
                 let within = 1.0 + 1e-9;
                 if amplitude > self.stroke * within || speed * TAU * frequency > self.acceleration * within {
                     continue;
                 }
-                // Whole periods: it ends where it began.
+                // Whole periods: it ends where it started.
                 let between = (LEAST_TIME * frequency).max(PERIODS);
                 let duration = (between + 2.0 * FADE * frequency).ceil() / frequency;
                 let sine = Chirp {
@@ -169,18 +169,18 @@ impl TrackingPlan<f64> {
         motions
     }
 
-    /// Time that it takes on the bench [s].
+    /// Bench time [s].
     pub fn duration(&self) -> f64 {
         // And half a second to come to rest.
         self.motions().iter().map(|motion| motion.duration).sum::<f64>() + 0.5
     }
 }
 
-/// Follows the motions of a plan and keeps every sample. The bench must be homed and running.
+/// Follows the motions of a plan and records every sample. The bench must be homed and running.
 ///
 /// # Errors
-/// [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`] before the first motion has ended, afterwards what was
-/// recorded so far comes back as not complete.
+/// [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`] before the first motion has ended; afterwards a
+/// cancelled record returns its samples as not complete.
 pub fn record_tracking(plan: &TrackingPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Tracked, Error> {
     if bench.zero().is_none() {
         return Err(Error::NotHomed);
@@ -202,7 +202,7 @@ pub fn record_tracking(plan: &TrackingPlan<f64>, bench: &mut dyn Bench, watch: &
     };
     let ended = follow(plan, first.angle, &mut tracked, bench, watch);
     bench.come_to_rest()?;
-    // A sample whose torque was missed says nothing.
+    // A sample with a missed torque is left out.
     tracked.samples.retain(|sample| sample.torque.is_finite());
     tracked.complete = kept(ended, tracked.samples.last().is_some_and(|sample| sample.motion > 0))?;
     let last = bench.step(Command::default())?;
@@ -220,19 +220,19 @@ fn follow(
     let (rate, divider) = (bench.settings().tick_rate, bench.settings().divider());
     let motions = tracked.motions.clone();
     let total = plan.duration();
-    let (mut ticks, mut begin) = (0u64, None);
+    let (mut ticks, mut start) = (0u64, None);
     let samples = &mut tracked.samples;
     let mut see = |frame: &Frame| {
         // The mark is the motion, from 1.
         let Some(motion) = (frame.command.mark as usize).checked_sub(1) else { return };
-        let begin = *begin.get_or_insert(frame.cycle);
+        let start = *start.get_or_insert(frame.cycle);
         let phase = frame.cycle % divider;
         if phase == 0 {
-            let time = (frame.cycle - begin) as f64 / rate;
+            let time = (frame.cycle - start) as f64 / rate;
             let (setpoint, angle) = (frame.command.setpoint, frame.angle);
             samples.push(TrackedSample { time, motion, setpoint, angle, torque: f64::NAN });
         }
-        // What was computed from the sample comes with its last tick.
+        // The torque computed from a sample is in its last tick.
         if let Some(sample) = samples.last_mut().filter(|_| phase == divider - 1) {
             sample.torque = frame.signals.commanded_torque;
         }
@@ -253,7 +253,7 @@ fn follow(
 }
 
 impl Tracked {
-    /// How well the samples were followed, those of a motion or all.
+    /// Deviation over the samples of a motion, or over all.
     pub fn followed(&self, motion: Option<usize>) -> Followed {
         let of = self.samples.iter().filter(|sample| motion.is_none_or(|motion| sample.motion == motion));
         let (mut square, mut peak, mut count) = (0.0, 0.0f64, 0.0);
@@ -264,8 +264,8 @@ impl Tracked {
         Followed { deviation: libm::sqrt(square / count), peak }
     }
 
-    /// What each sample's torque was besides that for the inertia which is believed, at the acceleration that the set-point
-    /// has when it acts [N m].
+    /// Torque of each sample without that of the model's inertia, at the acceleration of the set-point when the torque
+    /// acts [N m].
     pub fn friction(&self) -> Vec<f64> {
         let acceleration = |index: usize| self.samples[index.min(self.samples.len() - 1)].setpoint.acceleration;
         let ahead = self.preview / self.period;
@@ -277,7 +277,7 @@ impl Tracked {
         self.samples.iter().enumerate().map(of).collect()
     }
 
-    /// What a network sees of each sample.
+    /// Features of each sample for a network.
     pub fn seen(&self) -> Vec<[f64; FEATURES]> {
         let mut state = FeatureState::default();
         let of = |sample: &TrackedSample| {

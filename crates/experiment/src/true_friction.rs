@@ -1,4 +1,4 @@
-//! What the virtual machine truly has, to hold against what was measured. Experiments may not use it.
+//! True friction of the virtual machine, for comparison with measurements. Experiments must not use it.
 
 use stickslip_core::friction::Stribeck;
 use stickslip_core::plant::Plant;
@@ -19,7 +19,7 @@ pub fn own_friction(plant: &Plant<f64>, velocity: f64) -> f64 {
     mean(&plant.screw_friction) + plant.wheel.preload * mean(&plant.wheel.friction)
 }
 
-/// The Stribeck curve that fits it best at the plan's speeds, both directions, unweighted.
+/// Its best-fitting Stribeck curve at the plan's speeds, both directions, unweighted.
 ///
 /// # Errors
 /// As [`fit_stribeck`].

@@ -1,19 +1,19 @@
-//! What only a simulation can fail of.
+//! Errors of simulations.
 
-/// A failure of a simulation, beside those that every crate has.
+/// Errors of simulations, besides those common to all crates.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulateError {
-    /// A step that an integrator cannot take without becoming wrong.
-    #[error("a {scheme} step of {step:?} s is beyond the bound of {largest:.2e} s. {remedy}")]
+    /// A step above the accuracy bound of an integrator.
+    #[error("a {scheme} step of {step:?} s is above the bound of {largest:.2e} s. {remedy}")]
     StepTooLarge {
-        /// Which scheme.
+        /// The scheme.
         scheme: &'static str,
-        /// Asked for [s].
+        /// The requested step [s].
         step: f64,
         /// The bound [s].
         largest: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
 }

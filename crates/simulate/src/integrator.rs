@@ -1,7 +1,7 @@
-//! The integrator of the virtual machine, and what it is measured against.
+//! The integrator of the virtual machine, and its baselines.
 //!
-//! The product integrates by one scheme, the well-balanced step of [`stickslip_core::plant`]; [`prepare`] refuses a step
-//! that it cannot take. Two peers stand here as baselines of the study in `docs/integrator.md`, over the same friction:
+//! The product integrates by one scheme, the well-balanced step of [`stickslip_core::plant`]; [`prepare`] refuses a
+//! step above its bound. Two other schemes are baselines of the study in `docs/integrator.md`, over the same friction:
 //! they call [`rate`], the core's one statement of a bristle.
 //!
 //! | scheme | order | in stick | stiff bristle |
@@ -58,8 +58,8 @@ pub enum Scheme {
     Exponential,
 }
 
-/// Largest |λ|·h of the explicit stages: within it the left half plane belongs to the region of stability of RK4
-/// (2.785 on the real, 2.828 on the imaginary axis, 2.61 in between), less a margin for what a step changes.
+/// Largest |λ|·h of the explicit stages: within it the left half plane is in the region of stability of RK4
+/// (2.785 on the real, 2.828 on the imaginary axis, 2.61 in between), minus a margin for changes within a step.
 const EXPLICIT_LIMIT: f64 = 2.5;
 
 impl<B: Bristle<f64>> ElasticDrive<B> {
@@ -89,7 +89,7 @@ impl<B: Bristle<f64>> ElasticDrive<B> {
     ///
     /// Of the linearised drive no eigenvalue is larger than the sum of its damping rates or, where it oscillates, than
     /// the root of the sum of its stiffnesses, each per inertia. RK4 meets all of them, the sliding of the bristle too;
-    /// the exponential scheme has taken the bristle's rows out.
+    /// the exponential scheme excludes the bristle's rows.
     pub fn largest_step(&self, scheme: Scheme, velocity: f64) -> f64 {
         let m = &self.mechanics;
         let (stiffness, speed) = (self.bristle.stiffness(), velocity.abs());
@@ -102,13 +102,13 @@ impl<B: Bristle<f64>> ElasticDrive<B> {
             Scheme::Exponential => drive,
         };
         let frequency = square.sqrt();
-        // Not `max`: a NaN must stay one, so that the step is refused.
+        // Not `max`: NaN must remain NaN, so that the step is refused.
         EXPLICIT_LIMIT / if damping < frequency { frequency } else { damping }
     }
 
     /// One step of `dt` [s]; `torque` on the motor [N m] at the start, the middle and the end.
     ///
-    /// Refused where the step is beyond the scheme's bound at this velocity: there it would be wrong without a sign.
+    /// Refused above the scheme's bound at this velocity, where the result would be wrong without a warning.
     pub fn step(&self, scheme: Scheme, x: &DriveState, torque: [f64; 3], dt: f64) -> Result<DriveState, Error> {
         let largest = self.largest_step(scheme, x[VELOCITY]);
         if dt > largest || dt.is_nan() || largest.is_nan() {
@@ -138,7 +138,7 @@ impl<B: Bristle<f64>> ElasticDrive<B> {
     }
 
     fn exponential(&self, x: &DriveState, torque: [f64; 3], dt: f64) -> DriveState {
-        // v = Ω + s·z with s = σ₁/J_L held over the step; ż + r·z is what remains of the bristle's row.
+        // v = Ω + s·z with s = σ₁/J_L held over the step; ż + r·z is the rest of the bristle's row.
         let share = self.bristle.damping(x[VELOCITY]) / self.mechanics.load_inertia;
         let decay = share + self.slide(x);
         let remainder = |u: &DriveState, torque: f64| {
@@ -282,11 +282,11 @@ mod tests {
     }
 
     #[test]
-    fn a_plant_is_prepared_only_for_a_step_that_it_can_take() {
+    fn a_plant_is_prepared_only_for_a_step_within_its_bound() {
         let mut plant = Plant::default();
         assert!(prepare(&plant, 10, 25e-6).is_ok());
         plant.drive.load_inertia = 1e-7;
         let Err(error) = prepare(&plant, 10, 25e-6) else { panic!("the light load would ring") };
-        assert!(error.to_string().starts_with("a well-balanced step of 2.5e-5 s is beyond"), "{error}");
+        assert!(error.to_string().starts_with("a well-balanced step of 2.5e-5 s is above"), "{error}");
     }
 }

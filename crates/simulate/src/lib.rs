@@ -1,6 +1,6 @@
 //! Simulation of the virtual bench without an experiment around it: one position loop ([`simulation`]), the signal path
-//! in vector lanes ([`judged`]), the machines that trajectory equivalence compares ([`fidelity`]), and the choice of a
-//! rendering law that rests on it ([`rendering_law`]).
+//! in vector lanes ([`fast_bench`]), the machines that trajectory equivalence compares ([`fidelity`]), and the choice
+//! of a rendering law based on it ([`rendering_law`]).
 #![forbid(unsafe_code)]
 
 mod error;

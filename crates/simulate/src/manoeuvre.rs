@@ -1,4 +1,4 @@
-//! What the entrants are made to do, and the numbers that are made of it.
+//! Manoeuvres of the benchmark, and their measures.
 
 use std::f64::consts::TAU;
 
@@ -7,16 +7,16 @@ use stickslip_core::control::reference::{Constant, MotionLimits, PointToPoint, R
 use stickslip_base::preset::Preset;
 use stickslip_design::Hunting;
 
-/// What truly happened, once a sample of the controller, from the begin of the manoeuvre on.
+/// True course, one value for each sample of the controller, from the start of the manoeuvre on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Course {
     /// Time between samples [s].
     pub period: f64,
-    /// Set-point less true angle [rad].
+    /// Set-point minus true angle [rad].
     pub deviation: Vec<f64>,
     /// True velocity [rad/s].
     pub velocity: Vec<f64>,
-    /// Torque in force [N m].
+    /// Active torque [N m].
     pub torque: Vec<f64>,
 }
 
@@ -35,13 +35,13 @@ pub enum Manoeuvre {
     Creep,
     /// Jerk-limited moves of 10 rad with rests.
     PointToPoint,
-    /// A set-point that rests between two counts.
+    /// A constant set-point between two counts.
     Hold,
-    /// Ways between 10 µm and a full stroke of 100 mm, as fast as the drive can go them, forth and back.
+    /// Ways between 10 µm and a full stroke of 100 mm, as fast as the drive permits, forth and back.
     Strokes,
 }
 
-/// All of them; the last is run where it is asked for.
+/// All manoeuvres; the last is run on request only.
 pub const MANOEUVRES: [Manoeuvre; 8] = [
     Manoeuvre::Reversal,
     Manoeuvre::SlowSine,
@@ -58,11 +58,11 @@ pub const MANOEUVRES: [Manoeuvre; 8] = [
 pub struct Measure {
     /// Its stable name.
     pub name: &'static str,
-    /// What it is called in a table.
+    /// Its title in a table.
     pub title: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// Whether it is tracking, which the rank counts.
+    /// Whether it measures tracking and is part of the rank.
     pub ranks: bool,
 }
 
@@ -70,20 +70,20 @@ const fn measure(name: &'static str, title: &'static str, unit: &'static str, ra
     Measure { name, title, unit, ranks }
 }
 
-/// Time between two steps of 10 µm, and how many there are.
+/// Time between two steps of 10 µm, and number of steps.
 const STEP_TIME: f64 = 0.6;
 const STEP_COUNT: f64 = 4.0;
-/// Way of such a step, and how close settled is [m].
+/// Way of such a step, and tolerance of settling [m].
 const STEP: f64 = 10e-6;
 const SETTLED: f64 = 2e-6;
-/// Time that a sine fades in, and a ramp takes to be steady [s].
+/// Fade-in time of a sine, and settling time of a ramp [s].
 const FADE_IN: f64 = 1.0;
 const STEADY: f64 = 4.0;
-/// Slower than this a load is stuck [rad/s].
+/// Speed below which a load is stuck [rad/s].
 const STUCK: f64 = 0.005;
-/// From when on a set-point is held [s].
+/// Start of the evaluation of a held set-point [s].
 const HELD: f64 = 6.0;
-/// Hunting is more than so many counts from extreme to extreme.
+/// Least distance of the extremes of hunting, in counts.
 const COUNTS: f64 = 3.0;
 
 impl Manoeuvre {
@@ -101,7 +101,7 @@ impl Manoeuvre {
         }
     }
 
-    /// What is measured.
+    /// Its measures.
     pub fn measures(self) -> &'static [Measure] {
         match self {
             Manoeuvre::Reversal => &[const { measure("reversal_peak", "reversal, peak", "rad", true) }],
@@ -134,17 +134,17 @@ impl Manoeuvre {
         }
     }
 
-    /// Whether it is about places, or ways: each run has another instead of another seed alone.
+    /// Whether its runs differ in place or way, not in the seed alone.
     pub fn has_places(self) -> bool {
         matches!(self, Manoeuvre::Hold | Manoeuvre::Strokes)
     }
 
-    /// Whether it is run though nobody asks for it.
+    /// Whether it is run by default.
     pub fn is_usual(self) -> bool {
         self != Manoeuvre::Strokes
     }
 
-    /// The set-points on a machine, `chance` (0 … 1) choosing the place, and how long they take [s].
+    /// The set-points on a machine, with a place chosen by `chance` (0 … 1), and their duration [s].
     pub fn reference(self, preset: &Preset<f64>, chance: f64) -> (Reference<f64>, f64) {
         let sine = |amplitude, frequency, fade_time| Reference::Sine(Sine { amplitude, frequency, fade_time });
         match self {
@@ -208,15 +208,15 @@ impl Manoeuvre {
             Manoeuvre::Strokes => {
                 let moves = strokes(preset, chance);
                 let rests = rests(&moves).map(|[a, b]| &deviation[from(a)..from(b)]);
-                let mut found = settling(rests, tolerance(preset), *period);
-                found.push(deviation.iter().fold(0.0, |largest: f64, it| largest.max(it.abs())));
-                found
+                let mut numbers = settling(rests, tolerance(preset), *period);
+                numbers.push(deviation.iter().fold(0.0, |largest: f64, it| largest.max(it.abs())));
+                numbers
             }
             Manoeuvre::Hold => {
-                let held = &deviation[from(HELD)..];
+                let end = &deviation[from(HELD)..];
                 let count = TAU / preset.model.encoder.counts_per_revolution;
-                let hunts = extent(held) > COUNTS * count || Hunting::find(held, *period, COUNTS * count).is_some();
-                vec![f64::from(u8::from(hunts)), extent(held)]
+                let hunts = extent(end) > COUNTS * count || Hunting::find(end, *period, COUNTS * count).is_some();
+                vec![f64::from(u8::from(hunts)), extent(end)]
             }
         }
     }
@@ -228,7 +228,7 @@ fn moves() -> PointToPoint<f64> {
     PointToPoint { distance: 10.0, limits, dwell_time: 0.55, moves: 4.0 }
 }
 
-/// Moves of a way that is chosen by chance (0 … 1), evenly on a logarithmic scale, with half of the drive's torque.
+/// Moves of a way chosen by `chance` (0 … 1), evenly on a logarithmic scale, with half of the drive's torque.
 fn strokes(preset: &Preset<f64>, chance: f64) -> PointToPoint<f64> {
     const SHORTEST: f64 = 10e-6;
     const RATIO: f64 = 1e4;
@@ -239,13 +239,13 @@ fn strokes(preset: &Preset<f64>, chance: f64) -> PointToPoint<f64> {
     PointToPoint { distance, limits, dwell_time: 0.5, moves: 2.0 }
 }
 
-/// From when to when moves rest [s].
+/// Start and end of the rests between moves [s].
 fn rests(moves: &PointToPoint<f64>) -> impl Iterator<Item = [f64; 2]> + use<> {
     let (each, dwell) = (moves.duration() / moves.moves, moves.dwell_time);
     (1..=moves.moves as usize).map(move |k| [k as f64 * each - dwell, k as f64 * each])
 }
 
-/// How close a move must come [rad]: three counts, or the way that the load jumps at breakaway, whichever is more.
+/// Tolerance of a move [rad]: three counts, or the way of a slip at breakaway, whichever is larger.
 pub fn tolerance(preset: &Preset<f64>) -> f64 {
     let own = &preset.model.own;
     let jump = (own.breakaway_torque - own.kinetic_torque) / preset.model.drive.coupling_stiffness;
@@ -258,7 +258,7 @@ fn settling<'a>(rests: impl Iterator<Item = &'a [f64]>, tolerance: f64, period: 
     for rest in rests {
         all += 1.0;
         let last = rest.iter().rposition(|deviation| deviation.abs() > tolerance).map_or(0, |last| last + 1);
-        // The last twentieth must have been seen within.
+        // The last twentieth must be within the tolerance.
         if last * 20 <= rest.len() * 19 {
             settled += 1.0;
             sum += last as f64 * period;
@@ -267,7 +267,7 @@ fn settling<'a>(rests: impl Iterator<Item = &'a [f64]>, tolerance: f64, period: 
     vec![if settled > 0.0 { sum / settled } else { f64::NAN }, 1.0 - settled / all]
 }
 
-/// Standard deviation of white noise in a torque that otherwise changes slowly [N m].
+/// Standard deviation of white noise in a slowly changing torque [N m].
 fn noise(torque: &[f64]) -> f64 {
     let bends = torque.windows(3).map(|three| three[1] - 0.5 * (three[0] + three[2]));
     let square: f64 = bends.map(|bend| bend * bend).sum();

@@ -1,7 +1,7 @@
 //! The loop of a position controller closed over the virtual machine: set-points in, signals out.
 //!
-//! No homing and no commands, and the truth is shown beside what is measured. The controller is that of a preset, or one
-//! that the caller brings along and that is called once a sample.
+//! No homing and no commands; the true state is reported next to the measured signals. The controller is that of a
+//! preset, or an external one that is called once for each sample.
 
 use stickslip_core::block::Block as _;
 use stickslip_core::control::reference::{Generator, Setpoint, Shaped};
@@ -16,17 +16,17 @@ use stickslip_design::{load_current_control, software};
 
 /// Longest run [s].
 const LONGEST: f64 = 1e5;
-/// Ticks between two looks at whether the work shall go on.
+/// Ticks between two checks for cancellation.
 const LOOK: u64 = 2048;
 
-/// What is run.
+/// A simulation.
 #[derive(Clone, Copy, Debug)]
 pub struct Simulation<'a> {
-    /// The machine, what is believed of it, and how the bench runs.
+    /// Machine, model and settings.
     pub preset: &'a Preset<f64>,
-    /// What is to be followed; the shaper of the preset comes behind it.
+    /// The set-points, before the shaper of the preset.
     pub setpoints: Generator<'a>,
-    /// How long [s].
+    /// Duration [s].
     pub duration: f64,
     /// Time at rest at position 0 before it [s].
     pub rest: f64,
@@ -36,10 +36,10 @@ pub struct Simulation<'a> {
     pub seed: u64,
 }
 
-/// What a controller reads in a sample.
+/// Inputs of a controller in a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Time since the begin of the run [s].
+    /// Time since the start of the run [s].
     pub time: f64,
     /// Set-point.
     pub reference: Setpoint<f64>,
@@ -49,16 +49,16 @@ pub struct Sample {
     pub measured_velocity: f64,
 }
 
-/// A controller that the caller brings along: what it reads to torque of the drive [N m]. Its torque comes into force a
-/// sample later, as that of any controller, and within the limit of the servo amplifier; NaN is no torque.
+/// An external controller, from its inputs to the torque of the drive [N m]. Its torque acts a sample later, as that of
+/// any controller, within the limit of the servo amplifier; NaN gives no torque.
 pub type Controller<'a, E> = &'a mut dyn FnMut(&Sample) -> Result<f64, E>;
 
-/// What happened.
+/// Result of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulated {
-    /// Time and signals, a value each sample of the position controller.
+    /// Time and signals, one value for each sample of the position controller.
     pub columns: Vec<Column>,
-    /// Why it ended before its time, and what to do: what the supervision of a bench would stop.
+    /// Reason of an early end, with the remedy: a fault of the supervision of a bench.
     pub stopped: Option<String>,
 }
 
@@ -69,7 +69,7 @@ struct Signal {
     value: fn(&Moment) -> f64,
 }
 
-/// All that is known of a tick; what is true is so at its begin, when it is measured.
+/// All values of a tick; the true ones are those at its start, when they are measured.
 struct Moment<'a> {
     time: f64,
     order: Order<f64>,
@@ -100,11 +100,11 @@ const SIGNALS: [Signal; 15] = [
     },
 ];
 
-/// Runs it, with the controller, compensation and hold of the preset, or in their place with one that is brought along.
+/// Runs it, with the controller, compensation and hold of the preset, or with an external controller instead.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] for a duration that cannot be; what the design of the software and the integrator refuse;
-/// [`Error::Cancelled`]; what the controller returns.
+/// [`Error::OutOfRange`] for an invalid duration; errors of the software's design and of the integrator;
+/// [`Error::Cancelled`]; errors of the controller.
 pub fn simulate<E: From<Error>>(
     simulation: &Simulation,
     mut controller: Option<Controller<E>>,
@@ -125,7 +125,7 @@ pub fn simulate<E: From<Error>>(
     let in_samples = |time: f64| (time / settings.control_period()).round() as u64 * divider;
     let (rest, cycles) = (in_samples(rest), in_samples(rest) + in_samples(duration));
     let mut columns: Vec<Vec<f64>> = SIGNALS.iter().map(|_| Vec::with_capacity((cycles / divider) as usize)).collect();
-    let mut brought = DelayedTorque::default();
+    let mut delayed = DelayedTorque::default();
     let mut stopped = None;
     for cycle in 0..cycles {
         let time = cycle as f64 * dt;
@@ -140,10 +140,10 @@ pub fn simulate<E: From<Error>>(
             None => order.control = 1.0,
             Some(controller) => {
                 let read = || controller(&sample(&tick, &bench, time, order.reference));
-                order.added_torque = brought.torque(cycle, divider, read)?;
+                order.added_torque = delayed.torque(cycle, divider, read)?;
             }
         }
-        let truth = bench.truth().plant.machine;
+        let truth = bench.true_state().plant.machine;
         stopped = beyond_limits(preset, time, order.reference.position - truth.angle, truth.velocity);
         if stopped.is_some() {
             break;
@@ -159,17 +159,17 @@ pub fn simulate<E: From<Error>>(
     Ok(Simulated { columns: SIGNALS.iter().zip(columns).map(column).collect(), stopped })
 }
 
-/// Torque of a controller that was brought along [N m].
+/// Torque of an external controller, delayed by one sample [N m].
 #[derive(Debug, Default)]
 pub struct DelayedTorque {
-    /// Waits for its sample to end.
+    /// Computed in the current sample.
     computed: f64,
-    /// In force.
+    /// Active torque.
     commanded: f64,
 }
 
 impl DelayedTorque {
-    /// Its torque in a tick, of so many in a sample: what it computes where one begins is in force when that ends.
+    /// Its torque in a tick of `divider` in a sample: computed at the start of a sample, active from its end on.
     pub fn torque<E>(&mut self, cycle: u64, divider: u64, compute: impl FnOnce() -> Result<f64, E>) -> Result<f64, E> {
         if cycle.is_multiple_of(divider) {
             self.computed = compute()?;
@@ -181,29 +181,29 @@ impl DelayedTorque {
     }
 }
 
-/// What a controller reads at the begin of a tick: what the one in the tick would.
+/// Inputs of a controller at the start of a tick, as for the built-in controller.
 pub fn sample(tick: &Tick<f64>, bench: &FastBench, time: f64, reference: Setpoint<f64>) -> Sample {
-    let read = &bench.truth().measurement;
+    let read = &bench.true_state().measurement;
     let reading = EncoderReading { count: read.count, index: read.index, latch: read.latch };
     // The tick will decode the same readings from the same state.
-    let mut decoder = bench.truth().tick.decoder;
+    let mut decoder = bench.true_state().tick.decoder;
     let measured_angle = tick.decoder.step(&mut decoder, reading, 0.0).angle;
     Sample { time, reference, measured_angle, measured_velocity: read.tacho_voltage / tick.scaling.tacho }
 }
 
-/// What the supervision of a bench would say.
+/// Fault of the supervision of a bench.
 fn beyond_limits(preset: &Preset<f64>, time: f64, deviation: f64, velocity: f64) -> Option<String> {
     let safety = &preset.bench.safety;
     // Written so that a NaN is a fault.
     let (follows, slow) = (deviation.abs() <= safety.following_error, velocity.abs() <= safety.speed);
-    let (what, allowed) = match (follows, slow) {
+    let (fault, allowed) = match (follows, slow) {
         (true, true) => return None,
         (false, _) => (format!("was {deviation:.4} rad from its set-point"), format!("{} rad", safety.following_error)),
         (true, false) => (format!("turned at {velocity:.1} rad/s"), format!("{} rad/s", safety.speed)),
     };
     let path = if follows { "bench.safety.speed" } else { "bench.safety.following_error" };
-    let remedy = "Ask for less, control better, or allow more";
-    Some(format!("at {time:.4} s the screw {what}, {allowed} are allowed. {remedy} ({path})"))
+    let remedy = "Reduce the demand, improve the control, or raise the limit";
+    Some(format!("at {time:.4} s the screw {fault}; the limit is {allowed}. {remedy} ({path})"))
 }
 
 fn check_time(name: &'static str, value: f64) -> Result<(), Error> {
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_that_is_brought_along_acts_when_that_of_the_bench_does() {
+    fn an_external_controller_acts_at_the_time_of_the_built_in_one() {
         for control_divider in [1.0, 4.0, 7.0] {
             let mut preset = prototype();
             preset.bench.control_divider = control_divider;
@@ -252,15 +252,15 @@ mod tests {
                 let input = AxisControlInput { reference, measured_angle, measured_velocity };
                 Ok::<_, Error>(control.step(&mut state, input, preset.bench.control_period()).torque)
             };
-            let brought = run(&preset, sine(), Some(&mut same)).unwrap();
-            assert_eq!(brought, house, "every {control_divider} ticks");
+            let external = run(&preset, sine(), Some(&mut same)).unwrap();
+            assert_eq!(external, built_in, "every {control_divider} ticks");
             let way = house.columns.iter().find(|column| column.name == "true_angle").unwrap();
             assert!(way.values.iter().any(|angle| angle.abs() > 0.5), "it moves");
         }
     }
 
     #[test]
-    fn without_torque_and_with_nan_nothing_moves_and_the_limits_end_it() {
+    fn without_torque_or_with_nan_the_axis_does_not_move_and_the_limits_end_it() {
         let preset = prototype();
         let resting = Reference::Constant(Constant { position: 0.0 });
         let none = run(&preset, resting, Some(&mut |_| Ok::<_, Error>(0.0))).unwrap();
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_controller_returns_instead_of_torque_ends_it() {
+    fn an_error_of_the_controller_ends_it() {
         #[derive(Debug, PartialEq)]
         struct Own(u64);
         impl From<Error> for Own {
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_duration_that_cannot_be_is_refused() {
+    fn an_invalid_duration_is_refused() {
         let preset = prototype();
         for duration in [-1.0, f64::NAN, f64::INFINITY] {
             let setpoints = Generator::new(sine(), preset.bench.tick_rate);

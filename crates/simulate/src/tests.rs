@@ -1,4 +1,4 @@
-//! Controllers on the virtual machine, seen from within.
+//! Controllers on the virtual machine, with access to the true state.
 
 use stickslip_base::parameters::presets;
 use stickslip_base::preset::{
@@ -26,7 +26,7 @@ fn stated(compensates_load: f64, torque_rate_limit: f64, speed_limit: f64) -> Pr
 }
 
 #[test]
-fn a_virtual_bench_keeps_the_speed_that_it_is_told_and_the_loop_is_that_of_the_state_feedback() {
+fn the_predictive_controller_keeps_its_speed_limit_on_the_virtual_bench() {
     let mut preset = preset();
     let speed_limit = 15.0;
     let choice = stated(0.0, 1e4, speed_limit);
@@ -41,13 +41,13 @@ fn a_virtual_bench_keeps_the_speed_that_it_is_told_and_the_loop_is_that_of_the_s
             let mut order = Order { control: 1.0, ..Order::default() };
             order.reference.position = if cycle < 400 { 0.0 } else { 3.0 };
             bench.tick(order);
-            fastest = fastest.max(bench.truth().plant.machine.velocity.abs());
+            fastest = fastest.max(bench.true_state().plant.machine.velocity.abs());
         }
-        (fastest, bench.truth().plant.machine.angle)
+        (fastest, bench.true_state().plant.machine.angle)
     };
     let (seeing, there) = fastest(ControllerChoice::Predictive(choice));
     let (blind, _) = fastest(ControllerChoice::StateFeedback(choice.feedback));
-    // The observer is late where friction breaks, which the drive as believed has not.
+    // The observer lags at breakaway, which the modelled drive does not have.
     assert!(seeing < 1.2 * speed_limit && blind > 2.0 * speed_limit, "{seeing} {blind}");
     assert!((there - 3.0).abs() < 0.02, "{there}");
     preset.bench.controller = ControllerChoice::Predictive(choice);

@@ -8,7 +8,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use stickslip::bench::ThreadSettings;
 use stickslip::external::{ExternalFile, Role};
-use stickslip::load::{load, load_by_the_clock};
+use stickslip::load::{load, load_in_real_time};
 use stickslip::{Error, Watch};
 
 use crate::failure::Failure;
@@ -114,7 +114,7 @@ impl LoadCommand {
         let external = file.open(&self.out, &mut |line| eprintln!("{line}"))?;
         let (run, duration, seed) = (self.out.join("run.mf4"), self.duration, self.seed);
         let loaded = if self.real_time {
-            load_by_the_clock(&preset, external, duration, seed, Some(&run), ThreadSettings::default(), watch)?
+            load_in_real_time(&preset, external, duration, seed, Some(&run), ThreadSettings::default(), watch)?
         } else {
             load(&preset, external, duration, seed, Some(&run), watch)?
         };

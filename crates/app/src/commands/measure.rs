@@ -9,7 +9,7 @@ use stickslip::bench::{ClockedBench, RemoteBench, ThreadSettings};
 use stickslip::experiment::{BreakawayPlan, FrictionPlan, LearningPlan, PreslidingPlan, ResponsePlan, TrackingPlan};
 use stickslip::quantity::number;
 use stickslip::run::{About, Recorder};
-use stickslip::workflow::measure::{Outcome, Plan, measure, measure_by_the_clock, measure_on};
+use stickslip::workflow::measure::{Outcome, Plan, measure, measure_in_real_time, measure_on};
 use stickslip::{Watch, parameters};
 
 use crate::failure::Failure;
@@ -168,12 +168,12 @@ impl MeasureOptions {
         let result = match self.io {
             Some(address) if self.real_time => {
                 let bench = ClockedBench::connect(&preset, &address, ThreadSettings::default(), tap)?;
-                measure_by_the_clock(plan, &preset, bench, preload, None, watch)
+                measure_in_real_time(plan, &preset, bench, preload, None, watch)
             }
             Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, &address)?, preload, watch),
             None if self.real_time => {
                 let bench = ClockedBench::virtual_machine(&preset, self.seed, ThreadSettings::default(), tap)?;
-                measure_by_the_clock(plan, &preset, bench, preload, Some(self.seed), watch)
+                measure_in_real_time(plan, &preset, bench, preload, Some(self.seed), watch)
             }
             None => measure(plan, &preset, preload, self.seed, tap, watch),
         };

@@ -3,7 +3,7 @@ use crate::DesignError;
 use stickslip_base::Preset;
 use stickslip_base::parameters::presets;
 
-/// An arm of these shares of the load inertia, its mode at so many hertz with a damping ratio of 1 %.
+/// An arm of these shares of the load inertia, its mode at this frequency [Hz] with a damping ratio of 1 %.
 fn arm(preset: &Preset<f64>, inertia: f64, rigid: f64, hertz: f64) -> ElasticArm<f64> {
     let (load, omega) = (preset.model.drive.load_inertia, TAU * hertz);
     let inertia = inertia * load;
@@ -57,14 +57,14 @@ fn a_heavy_arm_gets_a_low_pass_and_one_that_is_too_heavy_is_refused() {
 }
 
 #[test]
-fn an_arm_beside_a_law_that_follows_a_virtual_load_is_refused() {
+fn an_arm_with_a_law_of_a_virtual_load_is_refused() {
     let mut preset = preset("prototype", 4000.0);
     preset.bench.arm = Arm::Elastic(arm(&preset, 0.2, 0.1, 10.0));
-    for (kind, taken) in [("residual", true), ("admittance", false)] {
+    for (kind, accepted) in [("residual", true), ("admittance", false)] {
         let text = stickslip_base::parameters::write_commented(&preset);
         let changes = [("bench.law.kind".to_owned(), format!("\"{kind}\""))];
-        let read = stickslip_base::parameters::set_all::<Preset<f64>>(&text, "a.toml", &changes)
-            .and_then(|text| stickslip_base::parameters::read::<Preset<f64>>(&text, "a.toml").map_err(Into::into));
-        assert_eq!(read.is_ok(), taken, "{kind}: {:?}", read.err().map(|error| error.to_string()));
+        let result = stickslip_base::parameters::set_all::<Preset<f64>>(&text, "a.toml", &changes)
+            .and_then(|text| stickslip_base::parameters::result::<Preset<f64>>(&text, "a.toml").map_err(Into::into));
+        assert_eq!(result.is_ok(), accepted, "{kind}: {:?}", result.err().map(|error| error.to_string()));
     }
 }

@@ -1,4 +1,4 @@
-//! The modelled axis that a position controller sees, with its delays, for small deviations.
+//! The modelled axis of a position controller, with its delays, for small deviations.
 //! `crates/stickslip/tests/laboratory/linear` compares it with the virtual bench.
 
 use stickslip_core::block::Block as _;
@@ -15,24 +15,24 @@ use stickslip_core::scalar::{Dual, Scalar};
 
 use super::linearise::{count, keep, slopes};
 use super::{Port, StateSpace};
-use crate::{believed_drive, load_current_control, velocity_observer};
+use crate::{load_current_control, modelled_drive, velocity_observer};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
-/// Longest step of the believed machine [s].
+/// Longest step of the modelled machine [s].
 const STEP: f64 = 25e-6;
-/// |Ω| has no slope at exactly no velocity [rad/s].
+/// |Ω| has no slope at exactly zero velocity [rad/s].
 const CREEP: f64 = 1e-9;
-/// Steps in which bristles bend until they slide, at most.
+/// Largest number of steps until bristles slide.
 const BENDING: usize = 400_000;
 
-/// What the load does about which the axis is linearised.
+/// Operating point of the linearisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Operating {
-    /// It slides at this velocity [rad/s]: its bristles are bent as far as they go.
+    /// Load sliding at this velocity [rad/s]: its bristles are fully deflected.
     Sliding(f64),
-    /// It rests on bristles that are not bent. The drive motor's own friction is left out: it is small, and a motor that
-    /// slips is what a controller must bear.
+    /// Load at rest on undeflected bristles. The drive motor's own friction is left out: it is small, and a controller
+    /// must be stable with a slipping motor as well.
     Stuck,
 }
 
@@ -50,22 +50,21 @@ pub mod port {
     pub const VELOCITY: usize = 2;
 }
 
-/// The believed axis from commanded torque and load torque to encoder angle, tacho and load velocity, sampled with the
-/// tick. A command is written in one tick and acts from the next one's begin on: the tick's own delay is in it.
+/// The modelled axis from commanded torque and load torque to encoder angle, tacho and load velocity, sampled with the
+/// tick. A command written in one tick acts from the start of the next one: the tick's own delay is included.
 ///
 /// Drive, coupling, friction, lags of servo amplifier and tacho, and the load motor held without current by its control
-/// on the velocity observer: what its voltage does late is damping. An elastic arm is on it where the controller of
-/// `settings` believes in one. Quantisation and noise have no slope.
+/// on the velocity observer: the delay of its voltage acts as damping. An elastic arm is included if the controller of
+/// `settings` models one. Quantisation and noise have no slope.
 ///
 /// # Errors
-/// What the design of observer and current control refuses; a speed at which the bristles do not come to slide.
+/// Errors of the design of observer and current control; a speed at which the bristles do not reach sliding.
 pub fn axis(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -> Result<StateSpace, Error> {
-    // The load's torque waits for nobody: only the command is late.
+    // Only the command is delayed, not the load's torque.
     Ok(acting_at_once(model, settings, at)?.late_input(port::TORQUE)?.trimmed())
 }
 
-/// The same at the rate of the position controller: its torque comes into force one of its samples late and is held over
-/// the next.
+/// The same at the rate of the position controller: its torque acts one of its samples later and is held over the next.
 ///
 /// # Errors
 /// As [`axis`].
@@ -96,16 +95,16 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
             arm: state.arm.map(&mut seed),
         };
         let (torque, load) = (seed(torque), seed(0.0));
-        let shown = [state.machine.drive.angle, state.machine.tacho, state.machine.drive.velocity];
+        let outputs = [state.machine.drive.angle, state.machine.tacho, state.machine.drive.velocity];
         wide.tick(&mut state, torque, load);
-        let mut found = Vec::new();
-        keep(&state.machine, &mut found);
-        keep(&state.observer, &mut found);
-        keep(&state.current, &mut found);
-        found.push(state.voltage);
-        found.extend(state.arm);
-        found.extend(shown);
-        found
+        let mut numbers = Vec::new();
+        keep(&state.machine, &mut numbers);
+        keep(&state.observer, &mut numbers);
+        keep(&state.current, &mut numbers);
+        numbers.push(state.voltage);
+        numbers.extend(state.arm);
+        numbers.extend(outputs);
+        numbers
     })?;
     let system = if at == Operating::Stuck { anchored(system, &state.machine) } else { system };
     let port = |name: &str, unit: &str| Port::new(name, unit);
@@ -115,42 +114,42 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
     ))
 }
 
-/// The angle of a load that is stuck counted from where its bristles are anchored. Nothing moves that point while they do
-/// not slide: left in, it would be a state that no controller reaches and that never dies out.
+/// Counts the angle of a stuck load from the anchor of its bristles. This point does not move while they stick: as a
+/// state it would be uncontrollable and would never decay.
 fn anchored(mut system: StateSpace, machine: &DriveObserverState<f64>) -> StateSpace {
     let [mut of_angle, mut of_deflection] = [*machine; 2];
     of_angle.drive.angle = f64::NAN;
     of_deflection.drive.load_memory.deflection = f64::NAN;
     let [angle, deflection] = [of_angle, of_deflection].map(|marked| {
-        let (mut index, mut found) = (0, 0);
+        let (mut index, mut state) = (0, 0);
         marked.map(&mut |value: f64| {
             if value.is_nan() {
-                found = index;
+                state = index;
             }
             index += 1;
             value
         });
-        found
+        state
     });
-    // φ = z + anchor: what the angle does, the deflection does, and the anchor's own row is left out.
+    // φ = z + anchor: the angle moves as the deflection does, and the anchor's own row is left out.
     let follows = system.a.column(angle).into_owned();
     let mut with_deflection = system.a.column_mut(deflection);
     with_deflection += follows;
-    let shown = system.c.column(angle).into_owned();
+    let of_angle = system.c.column(angle).into_owned();
     let mut with_deflection = system.c.column_mut(deflection);
-    with_deflection += shown;
-    let kept: Vec<usize> = (0..system.order()).filter(|&i| i != angle).collect();
+    with_deflection += of_angle;
+    let others: Vec<usize> = (0..system.order()).filter(|&i| i != angle).collect();
     StateSpace {
-        a: system.a.select_rows(&kept).select_columns(&kept),
-        b: system.b.select_rows(&kept),
-        c: system.c.select_columns(&kept),
+        a: system.a.select_rows(&others).select_columns(&others),
+        b: system.b.select_rows(&others),
+        c: system.c.select_columns(&others),
         ..system
     }
 }
 
-/// The believed machine, and what of the software acts without a position controller.
+/// The modelled machine, and the parts of the software that act without a position controller.
 struct Axis<T> {
-    /// Drive and pickups, corrected by nothing.
+    /// Drive and pickups, without correction.
     machine: DriveObserver<T>,
     /// Steps of the machine in a tick.
     steps: usize,
@@ -160,7 +159,7 @@ struct Axis<T> {
     dt: T,
 }
 
-/// All that moves.
+/// The whole state.
 #[derive(Clone, Copy)]
 struct State<T: Scalar> {
     machine: DriveObserverState<T>,
@@ -183,7 +182,7 @@ impl Axis<f64> {
         let dt = settings.tick_time();
         let steps = (dt / STEP - 1e-9).ceil().max(1.0) as usize;
         Ok(Axis {
-            machine: believed_drive(&model, dt / steps as f64)?,
+            machine: modelled_drive(&model, dt / steps as f64)?,
             steps,
             observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
             current: load_current_control(&Law::Off, &model, settings)?,
@@ -192,7 +191,7 @@ impl Axis<f64> {
         })
     }
 
-    /// Where nothing changes but the angle.
+    /// The steady state, in which only the angle changes.
     fn state(&self, at: Operating) -> Result<State<f64>, Error> {
         let velocity = match at {
             Operating::Sliding(velocity) => velocity,
@@ -210,14 +209,14 @@ impl Axis<f64> {
         Ok(State { machine, observer, current: CurrentControlState::default(), voltage, arm: [0.0; 2] })
     }
 
-    /// The bristles as they are after sliding for long, and the torques that go with them.
+    /// The bristles after long sliding, with their torques.
     fn bent(&self, mut machine: DriveObserverState<f64>, voltage: f64) -> Result<DriveObserverState<f64>, Error> {
         let step = self.dt / self.steps as f64;
         let velocity = machine.drive.velocity;
-        let held = DriveObserverInput { voltage, ..DriveObserverInput::default() };
+        let input = DriveObserverInput { voltage, ..DriveObserverInput::default() };
         for _ in 0..BENDING {
             let before = machine.drive;
-            self.machine.follow(&mut machine, &held, step, |_, _| {});
+            self.machine.follow(&mut machine, &input, step, |_, _| {});
             let now = machine.drive;
             let torque = now.load_resistance + now.motor_resistance;
             machine.drive = DriveState {
@@ -245,41 +244,41 @@ impl Axis<f64> {
             unit: "rad/s",
             minimum: 1e-3,
             maximum: 1e3,
-            remedy: "Take a speed at which the load slides rather than creeps.",
+            remedy: "Use a speed at which the load slides instead of creeping.",
         })
     }
 }
 
 impl<T: Scalar> Axis<T> {
-    /// One tick with the torque that the servo amplifier is given over it [N m] and the torque against the load [N m].
+    /// One tick with the torque command of the servo amplifier [N m] and the torque against the load [N m].
     fn tick(&self, state: &mut State<T>, motor_torque: T, load_torque: T) {
         let machine = &mut state.machine;
-        let seen = VelocityObserverInput { angle: machine.drive.angle, acceleration: machine.acceleration };
-        let estimate = self.observer.run(&mut state.observer, seen, self.dt);
+        let readings = VelocityObserverInput { angle: machine.drive.angle, acceleration: machine.acceleration };
+        let estimate = self.observer.run(&mut state.observer, readings, self.dt);
         let demand = CurrentControlInput {
             reference_current: T::of(0.0),
             measured_current: machine.drive.load_current,
             estimated_velocity: estimate.velocity,
         };
-        let asked = self.current.run(&mut state.current, demand, self.dt).voltage;
+        let voltage = self.current.run(&mut state.current, demand, self.dt).voltage;
         machine.residual = load_torque;
-        let held = DriveObserverInput { voltage: state.voltage, motor_torque, ..DriveObserverInput::default() };
+        let input = DriveObserverInput { voltage: state.voltage, motor_torque, ..DriveObserverInput::default() };
         let step = self.dt / T::of(self.steps as f64);
         for _ in 0..self.steps {
             let Arm::Elastic(arm) = &self.arm else {
-                self.machine.follow(machine, &held, step, |_, _| {});
+                self.machine.follow(machine, &input, step, |_, _| {});
                 continue;
             };
-            // What an arm does to the carriage acts at the middle of the step, as in the virtual machine.
+            // The torque of an arm on the carriage acts at the middle of the step, as in the virtual machine.
             let (half, before) = (T::of(0.5) * step, machine.drive.velocity);
             let [twist, rate] = &mut state.arm;
             *twist += half * *rate;
             let torque = arm.torque(*twist, *rate);
             machine.residual = load_torque - torque;
-            self.machine.follow(machine, &held, step, |_, _| {});
+            self.machine.follow(machine, &input, step, |_, _| {});
             *rate = *rate - torque * step / arm.inertia - (machine.drive.velocity - before);
             *twist += half * *rate;
         }
-        state.voltage = asked;
+        state.voltage = voltage;
     }
 }

@@ -1,4 +1,4 @@
-//! Systems one after the other, side by side, in a circle, and late.
+//! Series, parallel and feedback connection of systems, and delays.
 
 use nalgebra::DMatrix;
 
@@ -22,7 +22,7 @@ fn above(one: &DMatrix<f64>, other: &DMatrix<f64>) -> DMatrix<f64> {
     blocks([[one, &DMatrix::zeros(one.nrows(), 0)], [other, &DMatrix::zeros(other.nrows(), 0)]])
 }
 
-/// Two matrices beside each other.
+/// Two matrices side by side.
 fn beside(one: &DMatrix<f64>, other: &DMatrix<f64>) -> DMatrix<f64> {
     blocks([[one, other], [&DMatrix::zeros(0, one.ncols()), &DMatrix::zeros(0, other.ncols())]])
 }
@@ -32,7 +32,7 @@ fn nothing(rows: &DMatrix<f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 impl StateSpace {
-    /// This system, and what comes out of it into `next`.
+    /// This system followed by `next`.
     ///
     /// # Errors
     /// Outputs and inputs that do not fit, or different sampling times.
@@ -70,7 +70,7 @@ impl StateSpace {
     /// The loop that `back` closes around this system: u = r − back·y.
     ///
     /// # Errors
-    /// As [`then`](Self::then); a loop that decides nothing because its direct gain is −1.
+    /// As [`then`](Self::then); a loop that is not well-posed because its direct gain is −1.
     pub fn feedback(&self, back: &StateSpace) -> Result<Self, Error> {
         same_time(self.dt, back.dt)?;
         fits("inputs of the feedback", back.b.ncols(), self.c.nrows())?;
@@ -96,7 +96,7 @@ impl StateSpace {
         })
     }
 
-    /// The system with its inputs so many samples late.
+    /// The system with its inputs delayed by a number of samples.
     ///
     /// # Errors
     /// A continuous system.
@@ -104,14 +104,14 @@ impl StateSpace {
         (0..samples * self.b.ncols()).try_fold(self.clone(), |late, k| late.late_input(k % self.b.ncols()))
     }
 
-    /// The system with one of its inputs a sample late.
+    /// The system with one of its inputs delayed by a sample.
     ///
     /// # Errors
-    /// A continuous system; [`Error::Dimension`] for an input that is not there.
+    /// A continuous system; [`Error::Dimension`] for an input that does not exist.
     pub fn late_input(&self, input: usize) -> Result<Self, Error> {
         self.channel(input, 0)?;
         if self.dt.is_none() {
-            let remedy = "Sample it first.";
+            let remedy = "Sample the system first.";
             return Err(Error::Dimension { what: "a sample of a continuous system", found: 1, expected: 0, remedy });
         }
         let one = DMatrix::from_element(1, 1, 1.0);
@@ -119,12 +119,12 @@ impl StateSpace {
         let (mut b, mut d) = (above(&self.b, &waits), self.d.clone());
         b.view_mut((0, input), (self.order(), 1)).fill(0.0);
         d.column_mut(input).fill(0.0);
-        let (into, shown) = (self.b.column(input).into_owned(), self.d.column(input).into_owned());
-        let (into, shown) = (DMatrix::from_columns(&[into]), DMatrix::from_columns(&[shown]));
+        let (into, direct) = (self.b.column(input).into_owned(), self.d.column(input).into_owned());
+        let (into, direct) = (DMatrix::from_columns(&[into]), DMatrix::from_columns(&[direct]));
         Ok(StateSpace {
             a: blocks([[&self.a, &into], [&DMatrix::zeros(1, self.order()), &(one * 0.0)]]),
             b,
-            c: beside(&self.c, &shown),
+            c: beside(&self.c, &direct),
             d,
             ..self.clone()
         })

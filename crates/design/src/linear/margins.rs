@@ -1,4 +1,4 @@
-//! How far a closed loop is from oscillation.
+//! Stability margins of a closed loop.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,13 +8,13 @@ use super::StateSpace;
 use super::spectrum::size;
 use stickslip_base::Error;
 
-/// Points a decade of the first look.
+/// Points per decade of the first scan.
 const DENSITY: f64 = 60.0;
-/// Halvings of an interval in which something crosses, and cuts of one in which a peak lies.
+/// Halvings of an interval with a crossing, and cuts of an interval with a peak.
 const HALVINGS: usize = 60;
 const CUTS: usize = 90;
 
-/// A value and the frequency where it is [rad/s].
+/// A value and its frequency [rad/s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
     /// The value.
@@ -23,16 +23,16 @@ pub struct Peak {
     pub frequency: f64,
 }
 
-/// Margins of the loop that L closes with −1. A margin that the loop does not have, however far one goes, is `None`.
+/// Margins of the loop that L closes with −1. An unlimited margin is `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Smallest factor above 1 that makes it oscillate.
+    /// Smallest factor above 1 at which it oscillates.
     pub gain: Option<Peak>,
-    /// Largest factor below 1 that does.
+    /// Largest factor below 1 at which it oscillates.
     pub gain_reduction: Option<Peak>,
-    /// Smallest phase that does, late as positive [rad].
+    /// Smallest phase lag at which it oscillates [rad].
     pub phase: Option<Peak>,
-    /// Smallest additional delay that does [s].
+    /// Smallest additional delay at which it oscillates [s].
     pub delay: Option<Peak>,
     /// Peak M_s of the sensitivity |1/(1 + L)|: one over the distance of L from −1.
     pub sensitivity: Peak,
@@ -41,27 +41,27 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// Of a loop gain over the frequency [rad/s], from a first look at these frequencies, which rise. Between two of them
-    /// it may turn once.
+    /// Margins of a loop gain over the frequency [rad/s], scanned first at these rising frequencies. Between two of
+    /// them it may turn once.
     pub fn of(gain: impl Fn(f64) -> Complex<f64>, frequencies: &[f64]) -> Self {
-        let seen: Vec<(f64, Complex<f64>)> =
+        let scan: Vec<(f64, Complex<f64>)> =
             frequencies.iter().map(|&frequency| (frequency, gain(frequency))).collect();
         let one = Complex::new(1.0, 0.0);
-        let sensitivity = highest(&seen, &gain, |l| 1.0 / size(one + l));
-        let complementary = highest(&seen, &gain, |l| size(l) / size(one + l));
+        let sensitivity = highest(&scan, &gain, |l| 1.0 / size(one + l));
+        let complementary = highest(&scan, &gain, |l| size(l) / size(one + l));
 
-        let mut real: Vec<Peak> = crossings(&seen, &gain, |l| l.im)
+        let mut real: Vec<Peak> = crossings(&scan, &gain, |l| l.im)
             .map(|frequency| Peak { value: -1.0 / gain(frequency).re, frequency })
             .collect();
         // At half a sampling rate a loop gain is real: it ends there on the axis instead of crossing it.
         real.extend(
-            seen.last()
+            scan.last()
                 .filter(|(_, l)| l.im.abs() < 1e-9 * size(*l))
                 .map(|&(frequency, l)| Peak { value: -1.0 / l.re, frequency }),
         );
         let above = real.iter().filter(|factor| factor.value > 1.0);
         let below = real.iter().filter(|factor| (0.0..1.0).contains(&factor.value));
-        let unit: Vec<Peak> = crossings(&seen, &gain, |l| libm::log(size(l)))
+        let unit: Vec<Peak> = crossings(&scan, &gain, |l| libm::log(size(l)))
             .map(|frequency| {
                 let l = -gain(frequency);
                 Peak { value: libm::atan2(l.im, l.re), frequency }
@@ -89,7 +89,7 @@ impl StateSpace {
         let infinite = Complex::new(f64::INFINITY, 0.0);
         let mut margins =
             Margins::of(|frequency| self.at_frequency(frequency).map_or(infinite, |l| l[(0, 0)]), &frequencies);
-        // What a peak comes to that lies at standstill or beyond all frequencies.
+        // A peak at standstill or beyond all frequencies.
         let ends = [(0.0, self.dc_gain()), (f64::INFINITY, self.dt.is_none().then(|| self.d.clone()))];
         for (frequency, gain) in ends {
             let Some(l) = gain.map(|gain| gain[(0, 0)]) else { continue };
@@ -104,8 +104,8 @@ impl StateSpace {
         Ok(margins)
     }
 
-    /// Frequencies that show all that the system does [rad/s], rising: evenly in the logarithm, and close together about
-    /// each resonance of it and of its loop with −1.
+    /// Frequencies that resolve the response of the system [rad/s], rising: evenly in the logarithm, and close together
+    /// about each resonance of it and of its loop with −1.
     ///
     /// # Errors
     /// As [`poles`](Self::poles).
@@ -130,12 +130,12 @@ impl StateSpace {
             (0..count).map(|k| bottom * libm::pow(top / bottom, k as f64 / (count - 1) as f64)).collect();
         for rate in modes {
             let (centre, width) = (rate.im.abs(), rate.re.abs());
-            // Over a resonance from outside its width to inside, on both sides.
+            // Around a resonance from outside its width to inside, on both sides.
             let near = (-24..=24).map(|k| centre + width * libm::sinh(f64::from(k) * 0.25));
             all.extend(near.filter(|frequency| (bottom..top).contains(frequency)));
         }
         all.sort_by(f64::total_cmp);
-        all.dedup_by(|next, kept| *next - *kept <= 1e-9 * *kept);
+        all.dedup_by(|next, last| *next - *last <= 1e-9 * *last);
         if let Some(end) = all.last_mut() {
             *end = end.min(top);
         }
@@ -150,13 +150,13 @@ impl StateSpace {
     }
 }
 
-/// Where a measure of the loop gain changes its sign [rad/s].
+/// Frequencies at which a measure of the loop gain changes its sign [rad/s].
 fn crossings<'a>(
-    seen: &'a [(f64, Complex<f64>)],
+    scan: &'a [(f64, Complex<f64>)],
     gain: &'a impl Fn(f64) -> Complex<f64>,
     measure: impl Fn(Complex<f64>) -> f64 + 'a,
 ) -> impl Iterator<Item = f64> + 'a {
-    seen.windows(2).filter_map(move |pair| {
+    scan.windows(2).filter_map(move |pair| {
         let (mut low, mut high) = (pair[0].0, pair[1].0);
         let (first, last) = (measure(pair[0].1), measure(pair[1].1));
         if first == 0.0 {
@@ -175,25 +175,25 @@ fn crossings<'a>(
 
 /// The highest value of a measure of the loop gain, by the golden section about each of its peaks.
 fn highest(
-    seen: &[(f64, Complex<f64>)],
+    scan: &[(f64, Complex<f64>)],
     gain: &impl Fn(f64) -> Complex<f64>,
     measure: impl Fn(Complex<f64>) -> f64,
 ) -> Peak {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let values: Vec<f64> = seen.iter().map(|(_, l)| measure(*l)).collect();
+    let values: Vec<f64> = scan.iter().map(|(_, l)| measure(*l)).collect();
     let best = values.iter().copied().filter(|value| !value.is_nan()).fold(0.0, f64::max);
     let mut peak = Peak { value: 0.0, frequency: f64::NAN };
     for k in 0..seen.len() {
-        let (before, after) = (k.saturating_sub(1), (k + 1).min(seen.len() - 1));
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(scan.len() - 1));
         let value = values[k];
         // Between two points a peak is a few per cent higher than at them.
         if value.is_nan() || value < values[before] || value < values[after] || value < 0.8 * best {
             continue;
         }
         if value > peak.value {
-            peak = Peak { value, frequency: seen[k].0 };
+            peak = Peak { value, frequency: scan[k].0 };
         }
-        let (mut low, mut high) = (seen[before].0, seen[after].0);
+        let (mut low, mut high) = (scan[before].0, scan[after].0);
         for _ in 0..CUTS {
             let span = GOLDEN * (high - low);
             let (left, right) = (high - span, low + span);

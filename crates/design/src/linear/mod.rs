@@ -3,7 +3,7 @@
 //!   ẋ = A·x + B·u or x⁺ = A·x + B·u,   y = C·x + D·u
 //!
 //! Plain `f64`, at design time. A system comes from a [`Block`](stickslip_core::block::Block) by
-//! [`linearise`], from a machine that is believed by [`axis`], or from its matrices.
+//! [`linearise`], from the model of a machine by [`axis`], or from its matrices.
 
 mod axis;
 mod join;

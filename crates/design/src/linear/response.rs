@@ -32,7 +32,7 @@ impl StateSpace {
     /// As [`at_frequency`](Self::at_frequency) for many frequencies [rad/s], at n² instead of n³ each: by a Hessenberg
     /// matrix, whose equations are solved in one sweep (Laub 1981).
     pub(crate) fn responses(&self, frequencies: &[f64]) -> impl Iterator<Item = Option<DMatrix<Complex<f64>>>> {
-        // Balanced first: states of different units cost no digits.
+        // Balanced first, so that states of different units lose no digits.
         let mut balanced = self.a.clone();
         let scale = if self.order() > 0 { balance_parlett_reinsch(&mut balanced) } else { DVector::zeros(0) };
         let mut b = self.b.clone();
@@ -64,18 +64,18 @@ impl StateSpace {
         })
     }
 
-    /// What a constant input comes to; `None` with a pole there.
+    /// Gain for a constant input; `None` with a pole there.
     pub fn dc_gain(&self) -> Option<DMatrix<f64>> {
         let identity = DMatrix::identity(self.order(), self.order());
         let rest = if self.dt.is_some() { identity - &self.a } else { -&self.a };
         Some(&self.c * rest.lu().solve(&self.b)? + &self.d)
     }
 
-    /// Answers of the first output to a unit step at the first input, `count` of them; a continuous system every
+    /// Responses of the first output to a unit step at the first input, `count` of them; a continuous system every
     /// `dt` [s].
     ///
     /// # Errors
-    /// What [`sampled`](Self::sampled) refuses.
+    /// Errors of [`sampled`](Self::sampled).
     pub fn step_response(&self, count: usize, dt: f64) -> Result<Vec<f64>, Error> {
         let mut unit = DVector::zeros(self.b.ncols());
         unit[0] = 1.0;
@@ -83,7 +83,8 @@ impl StateSpace {
         Ok(sampled.simulate(std::iter::repeat_n(unit, count)).iter().map(|y| y[0]).collect())
     }
 
-    /// Answers to a unit impulse instead; that of a continuous system has unit area, and its direct share is left out.
+    /// Responses to a unit impulse instead; that of a continuous system has unit area, and its direct share is left
+    /// out.
     ///
     /// # Errors
     /// As [`step_response`](Self::step_response).
@@ -92,13 +93,13 @@ impl StateSpace {
             Some(_) => (self.a.clone(), self.b.column(0).into_owned(), self.d[(0, 0)]),
             None => (self.sampled(dt)?.a, self.b.column(0).into_owned(), 0.0),
         };
-        let shown = self.c.row(0);
+        let output = self.c.row(0);
         let mut answers = Vec::with_capacity(count);
         if self.dt.is_some() && count > 0 {
             answers.push(direct);
         }
         while answers.len() < count {
-            answers.push((shown * &state)[0]);
+            answers.push((output * &state)[0]);
             state = &flow * state;
         }
         Ok(answers)
@@ -113,7 +114,7 @@ fn on_axis(frequency: f64, dt: Option<f64>) -> Complex<f64> {
     }
 }
 
-/// The solution of H·x = b for a Hessenberg matrix, rows swapped where that keeps it exact; `None` where it is singular.
+/// The solution of H·x = b for a Hessenberg matrix, with row pivoting; `None` where it is singular.
 fn sweep(mut h: DMatrix<Complex<f64>>, mut b: DMatrix<Complex<f64>>) -> Option<DMatrix<Complex<f64>>> {
     let (order, columns) = (h.nrows(), b.ncols());
     let rough = |value: Complex<f64>| value.re.abs() + value.im.abs();
@@ -141,8 +142,8 @@ fn sweep(mut h: DMatrix<Complex<f64>>, mut b: DMatrix<Complex<f64>>) -> Option<D
     }
     for j in 0..columns {
         for k in (0..order).rev() {
-            let known = (k + 1..order).map(|i| h[(k, i)] * b[(i, j)]).sum::<Complex<f64>>();
-            b[(k, j)] = (b[(k, j)] - known) / h[(k, k)];
+            let sum = (k + 1..order).map(|i| h[(k, i)] * b[(i, j)]).sum::<Complex<f64>>();
+            b[(k, j)] = (b[(k, j)] - sum) / h[(k, k)];
         }
     }
     Some(b)

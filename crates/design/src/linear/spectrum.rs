@@ -7,15 +7,15 @@ use super::StateSpace;
 use crate::square;
 use stickslip_base::Error;
 
-/// Iterations a state until an eigenvalue counts as not found; two or three are usual.
+/// Iterations per state before an eigenvalue counts as not found; two or three are usual.
 const ITERATIONS: usize = 200;
-/// Below this share of the largest number of a system a singular value is 0.
+/// Share of the largest number of a system below which a singular value is 0.
 const RANK: f64 = 1e-11;
 
-/// Eigenvalues of a real matrix, balanced first: states of different units cost no digits.
+/// Eigenvalues of a real matrix, balanced first: so that states of different units lose no digits.
 ///
 /// # Errors
-/// A matrix that is not square or not finite; one on which the iteration does not end.
+/// A matrix that is not square or not finite; one for which the iteration does not converge.
 pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
     let order = square("the system matrix", a)?;
     if order == 0 {
@@ -43,12 +43,12 @@ impl StateSpace {
     /// The poles, from the smallest magnitude on: of a sampled system in z.
     ///
     /// # Errors
-    /// Where an eigenvalue is not found.
+    /// An eigenvalue that is not found.
     pub fn poles(&self) -> Result<Vec<Complex<f64>>, Error> {
         eigenvalues(&self.a)
     }
 
-    /// Whether every deviation dies out.
+    /// Whether every deviation decays.
     ///
     /// # Errors
     /// As [`poles`](Self::poles).
@@ -57,10 +57,10 @@ impl StateSpace {
         Ok(self.poles()?.iter().all(|&pole| if sampled { size(pole) < 1.0 } else { pole.re < 0.0 }))
     }
 
-    /// The invariant zeros: where an input can ring without any output.
+    /// The invariant zeros: numbers at which an input can oscillate without any output.
     ///
     /// The pencil of the system is reduced by orthogonal transformations until its feedthrough is square and regular
-    /// (Emami-Naeini and Van Dooren 1982), so that the zeros at infinity do not spoil the others.
+    /// (Emami-Naeini and Van Dooren 1982), so that the zeros at infinity do not affect the others.
     ///
     /// # Errors
     /// As [`poles`](Self::poles).
@@ -88,7 +88,7 @@ struct Pencil {
     d: DMatrix<f64>,
 }
 
-/// The right singular vectors of a matrix, all of them, the ones of its row space first, and how many those are.
+/// The right singular vectors of a matrix, all of them, those of its row space first, and the rank.
 fn right_vectors(matrix: &DMatrix<f64>, tolerance: f64) -> (DMatrix<f64>, usize) {
     let columns = matrix.ncols();
     // Rows of zeros complete the basis.
@@ -103,7 +103,7 @@ fn right_vectors(matrix: &DMatrix<f64>, tolerance: f64) -> (DMatrix<f64>, usize)
 }
 
 impl Pencil {
-    /// Inputs and outputs scaled to the size of the states: zeros do not depend on it, the ranks below do.
+    /// Inputs and outputs scaled to the size of the states: zeros do not depend on the scale, but the ranks below do.
     fn scaled(mut self) -> Self {
         for j in 0..self.b.ncols() {
             let size = self.b.column(j).amax().max(self.d.column(j).amax());
@@ -137,23 +137,21 @@ impl Pencil {
             let (turned_c, turned_d) = (left.transpose() * &c, left.transpose() * &d);
             let silent = turned_c.rows(rank, c.nrows() - rank).into_owned();
             let (upper_c, upper_d) = (turned_c.rows(0, rank).into_owned(), turned_d.rows(0, rank).into_owned());
-            let (basis, seen) = right_vectors(&silent, tolerance);
-            if seen == 0 {
+            let (basis, count) = right_vectors(&silent, tolerance);
+            if count == 0 {
                 return Pencil { a, b, c: upper_c, d: upper_d };
             }
-            // States that such an output shows must rest: their equations are outputs from now on.
+            // States in such an output must be 0: their equations become outputs.
             let (turned_a, turned_b) = (basis.transpose() * &a * &basis, basis.transpose() * &b);
-            let left_over = a.nrows() - seen;
-            a = turned_a.view((seen, seen), (left_over, left_over)).into_owned();
-            b = turned_b.rows(seen, left_over).into_owned();
-            let kept = (upper_c * &basis).columns(seen, left_over).into_owned();
-            let rests = turned_a.view((0, seen), (seen, left_over)).into_owned();
-            c = DMatrix::from_fn(
-                rank + seen,
-                left_over,
-                |i, j| if i < rank { kept[(i, j)] } else { rests[(i - rank, j)] },
-            );
-            d = DMatrix::from_fn(rank + seen, upper_d.ncols(), |i, j| {
+            let left_over = a.nrows() - count;
+            a = turned_a.view((count, count), (left_over, left_over)).into_owned();
+            b = turned_b.rows(count, left_over).into_owned();
+            let upper = (upper_c * &basis).columns(count, left_over).into_owned();
+            let constraints = turned_a.view((0, count), (count, left_over)).into_owned();
+            c = DMatrix::from_fn(rank + count, left_over, |i, j| {
+                if i < rank { upper[(i, j)] } else { constraints[(i - rank, j)] }
+            });
+            d = DMatrix::from_fn(rank + count, upper_d.ncols(), |i, j| {
                 if i < rank { upper_d[(i, j)] } else { turned_b[(i - rank, j)] }
             });
         }
@@ -174,7 +172,7 @@ impl Pencil {
         let moved = &self.a * &of_states + &self.b * of_inputs;
         let degenerate = Error::NotSolvable {
             what: "the set of zeros of the system",
-            remedy: "Give each output an input of its own: as it is, every number is a zero.",
+            remedy: "Give each output an input of its own: now every number is a zero.",
         };
         eigenvalues(&of_states.lu().solve(&moved).ok_or(degenerate)?)
     }

@@ -5,29 +5,29 @@ use nalgebra::{DMatrix, DVector};
 use crate::{finite, sampling_time, square, zero_order_hold};
 use stickslip_base::Error;
 
-/// A linear system in states; its inputs and outputs have names where they are known.
+/// A linear system in state space; its inputs and outputs may have names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
-    /// How the states act on the states.
+    /// System matrix A.
     pub a: DMatrix<f64>,
-    /// How the inputs act on the states.
+    /// Input matrix B.
     pub b: DMatrix<f64>,
-    /// How the outputs show the states.
+    /// Output matrix C.
     pub c: DMatrix<f64>,
-    /// How the outputs show the inputs.
+    /// Feedthrough D.
     pub d: DMatrix<f64>,
-    /// Sampling time [s]; `None` where time is continuous.
+    /// Sampling time [s]; `None` for continuous time.
     pub dt: Option<f64>,
-    /// The inputs; empty where they have no names.
+    /// The inputs; empty without names.
     pub inputs: Vec<Port>,
-    /// The outputs; empty where they have no names.
+    /// The outputs; empty without names.
     pub outputs: Vec<Port>,
 }
 
 /// An input or an output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Port {
-    /// What it is: `commanded_torque`.
+    /// Its name, for example `commanded_torque`.
     pub name: String,
     /// Its unit, as in a field.
     pub unit: String,
@@ -44,7 +44,7 @@ impl StateSpace {
     /// The system of these matrices, sampled every `dt` [s] or continuous.
     ///
     /// # Errors
-    /// Matrices whose sizes do not fit, what is no number, a sampling time that no drive has.
+    /// Matrices of inconsistent sizes, non-finite numbers, an invalid sampling time.
     pub fn new(
         a: DMatrix<f64>,
         b: DMatrix<f64>,
@@ -73,7 +73,7 @@ impl StateSpace {
         Self::new(DMatrix::zeros(0, 0), DMatrix::zeros(0, inputs), DMatrix::zeros(outputs, 0), d, dt)
     }
 
-    /// With names.
+    /// The system with names.
     #[must_use]
     pub fn named(self, inputs: Vec<Port>, outputs: Vec<Port>) -> Self {
         StateSpace { inputs, outputs, ..self }
@@ -84,10 +84,10 @@ impl StateSpace {
         self.a.nrows()
     }
 
-    /// The way from one input to one output.
+    /// The system from one input to one output.
     ///
     /// # Errors
-    /// [`Error::Dimension`] for an input or output that is not there.
+    /// [`Error::Dimension`] for an input or output that does not exist.
     pub fn channel(&self, input: usize, output: usize) -> Result<Self, Error> {
         self.select(&[input], &[output])
     }
@@ -95,14 +95,16 @@ impl StateSpace {
     /// The system between these inputs and outputs, in this order.
     ///
     /// # Errors
-    /// [`Error::Dimension`] for an input or output that is not there.
+    /// [`Error::Dimension`] for an input or output that does not exist.
     pub fn select(&self, inputs: &[usize], outputs: &[usize]) -> Result<Self, Error> {
-        let there = |what: &'static str, index: &[usize], count: usize| match index.iter().find(|&&i| i >= count) {
-            Some(&found) => Err(Error::Dimension { what, found, expected: count, remedy: "They are counted from 0." }),
+        let exists = |what: &'static str, index: &[usize], count: usize| match index.iter().find(|&&i| i >= count) {
+            Some(&index) => {
+                Err(Error::Dimension { what, found: index, expected: count, remedy: "Numbers start at 0." })
+            }
             None => Ok(()),
         };
-        there("the number of an input", inputs, self.b.ncols())?;
-        there("the number of an output", outputs, self.c.nrows())?;
+        exists("the number of an input", inputs, self.b.ncols())?;
+        exists("the number of an output", outputs, self.c.nrows())?;
         let names = |ports: &[Port], index: &[usize]| index.iter().filter_map(|&i| ports.get(i).cloned()).collect();
         Ok(StateSpace {
             a: self.a.clone(),
@@ -118,39 +120,39 @@ impl StateSpace {
     /// The continuous system with its inputs held over each sample of `dt` [s], exactly.
     ///
     /// # Errors
-    /// A system that is sampled already; what [`zero_order_hold`] refuses.
+    /// A sampled system; errors of [`zero_order_hold`].
     pub fn sampled(&self, dt: f64) -> Result<Self, Error> {
         same_time(None, self.dt)?;
         let (a, b) = zero_order_hold(&self.a, &self.b, dt)?;
         Ok(StateSpace { a, b, dt: Some(dt), ..self.clone() })
     }
 
-    /// Without the states that no input reaches or no output shows, as far as the zeros of the matrices say so. What is
-    /// left has its numbers unchanged.
+    /// The system without the states that no input reaches or no output depends on, by the zeros of the matrices. The
+    /// other numbers are unchanged.
     #[must_use]
     pub fn trimmed(&self) -> Self {
         let reached = closure(self.order(), |i| self.b.row(i).amax() != 0.0, |to, from| self.a[(to, from)] != 0.0);
-        let shown = closure(self.order(), |i| self.c.column(i).amax() != 0.0, |to, from| self.a[(from, to)] != 0.0);
-        let kept: Vec<usize> = (0..self.order()).filter(|&i| reached[i] && shown[i]).collect();
+        let observed = closure(self.order(), |i| self.c.column(i).amax() != 0.0, |to, from| self.a[(from, to)] != 0.0);
+        let remaining: Vec<usize> = (0..self.order()).filter(|&i| reached[i] && observed[i]).collect();
         StateSpace {
-            a: self.a.select_rows(&kept).select_columns(&kept),
-            b: self.b.select_rows(&kept),
-            c: self.c.select_columns(&kept),
+            a: self.a.select_rows(&remaining).select_columns(&remaining),
+            b: self.b.select_rows(&remaining),
+            c: self.c.select_columns(&remaining),
             ..self.clone()
         }
     }
 
-    /// So many samples of the system as one sample of a slower one: its input is held meanwhile, its output read at the
-    /// begin.
+    /// A number of samples of the system as one sample of a slower one: its input is held meanwhile, its output read at
+    /// the start.
     ///
     /// # Errors
-    /// A system that is continuous, or no sample at all.
+    /// A continuous system; 0 samples.
     pub fn slower(&self, samples: usize) -> Result<Self, Error> {
         let dt = self.dt.ok_or(Error::Dimension {
             what: "samples of a continuous system",
             found: samples,
             expected: 0,
-            remedy: "Sample it first.",
+            remedy: "Sample the system first.",
         })?;
         let (mut a, mut b) =
             (DMatrix::identity(self.order(), self.order()), DMatrix::zeros(self.order(), self.b.ncols()));
@@ -158,17 +160,17 @@ impl StateSpace {
             b = &self.a * b + &self.b;
             a = &self.a * a;
         }
-        fits("samples that are put together", samples, samples.max(1))?;
+        fits("samples of the slower system", samples, samples.max(1))?;
         Ok(StateSpace { a, b, dt: Some(dt * samples as f64), ..self.clone() })
     }
 
-    /// Covariance of the outputs that white noise of unit variance at each input makes, without its direct share.
+    /// Covariance of the outputs for white noise of unit variance at each input, without its direct share.
     ///
     /// # Errors
-    /// A continuous system; one that is not stable.
+    /// A continuous system; an unstable system.
     pub fn noise(&self) -> Result<DMatrix<f64>, Error> {
         if self.dt.is_none() {
-            let remedy = "Sample it first.";
+            let remedy = "Sample the system first.";
             return Err(Error::Dimension { what: "noise of a continuous system", found: 0, expected: 1, remedy });
         }
         let covariance = crate::discrete_lyapunov(&self.a, &(&self.b * self.b.transpose()))?;
@@ -188,7 +190,7 @@ impl StateSpace {
     }
 }
 
-/// What is reached from a start by arrows.
+/// Nodes reachable from a start along arrows.
 fn closure(count: usize, start: impl Fn(usize) -> bool, arrow: impl Fn(usize, usize) -> bool) -> Vec<bool> {
     let mut reached: Vec<bool> = (0..count).map(start).collect();
     let mut open: Vec<usize> = (0..count).filter(|&i| reached[i]).collect();
@@ -204,18 +206,18 @@ fn closure(count: usize, start: impl Fn(usize) -> bool, arrow: impl Fn(usize, us
 }
 
 pub(super) fn fits(what: &'static str, found: usize, expected: usize) -> Result<(), Error> {
-    let remedy = "Take systems whose inputs and outputs fit each other.";
+    let remedy = "The numbers of inputs and outputs must be equal.";
     if found == expected { Ok(()) } else { Err(Error::Dimension { what, found, expected, remedy }) }
 }
 
-/// `Err` unless both systems have the same time.
+/// `Err` unless both systems have the same sampling time.
 pub(super) fn same_time(one: Option<f64>, other: Option<f64>) -> Result<(), Error> {
     if one == other {
         return Ok(());
     }
     let (expected, value) = (one.unwrap_or(0.0), other.unwrap_or(0.0));
     Err(Error::OutOfRange {
-        name: "the sampling time of a system that is joined (0: continuous)",
+        name: "the sampling time of a connected system (0: continuous)",
         value,
         unit: "s",
         minimum: expected,

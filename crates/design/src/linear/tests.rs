@@ -7,7 +7,7 @@ use super::spectrum::size;
 use super::*;
 use crate::{continuous_regulator, kalman_bucy_filter, kalman_filter, linear_quadratic_regulator};
 
-/// What double precision leaves on well conditioned systems of order 10.
+/// Accuracy of double precision for well-conditioned systems of order 10.
 const DIGITS: f64 = 1e-9;
 
 fn cases() -> Vec<Value> {
@@ -38,7 +38,7 @@ fn assert_close(ours: &DMatrix<f64>, theirs: &DMatrix<f64>, what: &str) {
     assert!(deviation < DIGITS, "{what}: relative deviation {deviation:.1e}");
 }
 
-/// Each of theirs has one of ours, and as many.
+/// Both lists have the same points.
 fn assert_same_points(mut ours: Vec<Complex<f64>>, theirs: &[Complex<f64>], what: &str) {
     assert_eq!(ours.len(), theirs.len(), "{what}: {ours:?} for {theirs:?}");
     for their in theirs {
@@ -68,18 +68,18 @@ fn poles_zeros_and_responses_are_those_of_scipy() {
 }
 
 #[test]
-fn many_frequencies_at_once_have_the_answers_of_each_alone() {
+fn many_frequencies_at_once_have_the_responses_of_each_alone() {
     for case in cases() {
         let system = system(&case);
         let frequencies = [1e-3, 0.3, 1.0, 2.5, 3.0];
-        for (frequency, found) in frequencies.iter().zip(system.responses(&frequencies)) {
-            let (found, expected) = (found.unwrap(), system.at_frequency(*frequency).unwrap());
-            for (one, other) in found.iter().zip(&expected) {
-                assert!(size(one - other) < 1e-9 * expected.norm(), "{case} at {frequency}: {found} {expected}");
+        for (frequency, batch) in frequencies.iter().zip(system.responses(&frequencies)) {
+            let (batch, expected) = (batch.unwrap(), system.at_frequency(*frequency).unwrap());
+            for (one, other) in batch.iter().zip(&expected) {
+                assert!(size(one - other) < 1e-9 * expected.norm(), "{case} at {frequency}: {batch} {expected}");
             }
         }
     }
-    // On a pole there is no answer.
+    // There is no response on a pole.
     let integrator = StateSpace::new(matrix_of(0.0), matrix_of(1.0), matrix_of(1.0), matrix_of(0.0), None).unwrap();
     assert!(integrator.responses(&[0.0]).next().unwrap().is_none());
     assert!(integrator.response(&[0.0])[0].re.is_infinite());
@@ -147,11 +147,11 @@ fn lag(rate: f64) -> StateSpace {
 }
 
 #[test]
-fn systems_that_are_joined_have_the_joined_response() {
+fn connected_systems_have_the_connected_response() {
     let (one, other) = (lag(1.0), lag(3.0));
     let close = |system: &StateSpace, expected: Complex<f64>| {
-        let found = system.at_frequency(2.0).unwrap()[(0, 0)];
-        assert!(size(found - expected) < 1e-14, "{found} for {expected}");
+        let response = system.at_frequency(2.0).unwrap()[(0, 0)];
+        assert!(size(response - expected) < 1e-14, "{response} for {expected}");
     };
     let [g, h] = [&one, &other].map(|system| system.at_frequency(2.0).unwrap()[(0, 0)]);
     close(&one.then(&other).unwrap(), g * h);
@@ -163,7 +163,7 @@ fn systems_that_are_joined_have_the_joined_response() {
 }
 
 #[test]
-fn answers_to_steps_and_impulses_are_those_of_the_formula() {
+fn responses_to_steps_and_impulses_are_those_of_the_formula() {
     let system = lag(2.0);
     let (step, impulse) = (system.step_response(20, 0.1).unwrap(), system.impulse_response(20, 0.1).unwrap());
     for k in 0..20 {
@@ -180,8 +180,8 @@ fn answers_to_steps_and_impulses_are_those_of_the_formula() {
 }
 
 #[test]
-fn states_that_do_nothing_are_trimmed() {
-    // Two lags; only the first is seen, and the second does not act on it.
+fn states_without_effect_are_trimmed() {
+    // Two lags; only the first is an output, and the second does not act on it.
     let mut system = lag(1.0).plus(&lag(5.0)).unwrap();
     system.c[(0, 1)] = 0.0;
     let trimmed = system.trimmed();
@@ -190,7 +190,7 @@ fn states_that_do_nothing_are_trimmed() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn inconsistent_systems_are_refused() {
     let (one, sampled) = (lag(1.0), lag(1.0).sampled(0.1).unwrap());
     let wide = DMatrix::zeros(1, 2);
     let refused = StateSpace::new(one.a.clone(), wide, one.c.clone(), one.d.clone(), None).unwrap_err().to_string();

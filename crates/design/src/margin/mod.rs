@@ -1,13 +1,13 @@
-//! How far a rendering law is from chatter.
+//! Stability margin of a rendering law against chatter.
 //!
-//! The loop of law, observer, current control, believed machine and all delays is linearised about a load that is stuck,
-//! tick by tick and with exact slopes, and driven by the noise of the instruments. Chatter is what the load torque then
-//! does within half a second, about as long as a load sticks in a limit cycle: an unstable loop has grown far beyond the
-//! limit by then, a stable one shows its noise. `docs/studies/margins.md` holds the stiffness from which on there is
-//! chatter against the whole virtual bench.
+//! The loop of law, observer, current control, modelled machine and all delays is linearised about a stuck load, tick
+//! by tick with exact slopes, and driven by the noise of the instruments. Chatter is the change of the load torque
+//! within half a second, about the time for which a load sticks in a limit cycle: an unstable loop has grown far beyond
+//! the limit by then, a stable one shows its noise. `docs/studies/margins.md` compares the stiffness at which chatter
+//! starts with the whole virtual bench.
 //!
-//! Left out: a load that slides; the position controller, which is far slower; the torque steps of the paper's law at its
-//! fade-out limits. That law asks for nothing at rest, so that nothing limits it here.
+//! Left out: a sliding load; the position controller, which is far slower; the torque steps of the paper's law at its
+//! fade-out limits. That law renders no torque at rest, so that it has no limit here.
 
 mod sampled_loop;
 #[cfg(test)]
@@ -27,58 +27,58 @@ use stickslip_base::preset::{Model, Settings};
 
 /// Change of the load torque from millisecond to millisecond that counts as chatter [N m RMS].
 pub const CHATTER_LIMIT: f64 = 20e-3;
-/// Stiffnesses of the desired bristles between which a limit is looked for [N m/rad].
+/// Stiffnesses of the desired bristles between which the limit is searched [N m/rad].
 pub const STIFFNESSES: [f64; 2] = [100.0, 1e5];
-/// Largest gain that is tried.
+/// Largest tested gain.
 pub const LARGEST_GAIN: f64 = 10.0;
-/// Largest additional delay that is tried, in ticks.
+/// Largest tested additional delay, in ticks.
 pub const LARGEST_DELAY: f64 = 3.0;
-/// Inertias that move with the carriage, in those of the load, between which a limit is looked for.
+/// Inertias on the carriage, as shares of the load inertia, between which the limit is searched.
 const LIGHTEST: f64 = 0.01;
 const HEAVIEST: f64 = 20.0;
 /// Time in which chatter builds up [s].
 const HORIZON: f64 = 0.5;
-/// Time over which the load torque's change is taken [s].
+/// Period of the load torque's change [s].
 const PERIOD: f64 = 1e-3;
-/// Ratio of a search's steps, and the accuracy to which its end is found.
+/// Ratio of a search's steps, and its accuracy.
 const STRIDE: f64 = 1.15;
 const ACCURACY: f64 = 1.005;
 
-/// How far a law is from chatter.
+/// Stability margin of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margin {
     /// Stiffness of the desired bristles up to which it stays below [`CHATTER_LIMIT`], see [`stiffness_limit`] [N m/rad].
     pub stiffness_limit: Option<f64>,
     /// Factor of the law's torque up to which the loop is stable; `None`: at least [`LARGEST_GAIN`].
     pub gain_margin: Option<f64>,
-    /// Additional delay up to which it is [s]; `None`: at least [`LARGEST_DELAY`].
+    /// Additional delay up to which the loop is stable [s]; `None`: at least [`LARGEST_DELAY`].
     pub delay_margin: Option<f64>,
     /// Change of the load torque from millisecond to millisecond [N m RMS].
     pub predicted_chatter: f64,
-    /// Where most of it comes from.
+    /// Its main cause.
     pub cause: &'static str,
 }
 
 impl fmt::Display for Margin {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self.stiffness_limit {
-            Some(limit) => write!(f, "bristles up to {limit:.0} N m/rad")?,
-            None => write!(f, "no limit of the bristles")?,
+        let limits = [
+            self.stiffness_limit.map(|limit| format!("bristle stiffness up to {limit:.0} N·m/rad")),
+            self.gain_margin.map(|gain| format!("gain margin {gain:.2}")),
+            self.delay_margin.map(|delay| format!("delay margin {:.2} ms", 1e3 * delay)),
+        ];
+        let limits: Vec<String> = limits.into_iter().flatten().collect();
+        write!(f, "Stable")?;
+        if !limits.is_empty() {
+            write!(f, ": {}", limits.join(", "))?;
         }
-        if let Some(gain) = self.gain_margin {
-            write!(f, ", gain {gain:.2}")?;
-        }
-        if let Some(delay) = self.delay_margin {
-            write!(f, ", delay {:.2} ms", 1e3 * delay)?;
-        }
-        write!(f, ", chatter {:.1} mN m, most by {}", 1e3 * self.predicted_chatter, self.cause)
+        write!(f, ". Predicted torque ripple {:.1} mN·m, mainly {}", 1e3 * self.predicted_chatter, self.cause)
     }
 }
 
-/// How far a law of this machine and these settings is from chatter.
+/// The stability margin of a law for this machine and these settings.
 ///
 /// # Errors
-/// [`DesignError::Chatters`] where the loop is not stable; what the design of observer and current control refuses.
+/// [`DesignError::Chatters`] if the loop is unstable; errors of the design of observer and current control.
 pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Margin, Error> {
     let mut sampled = with_arm(law, model, settings)?;
     let chatter = |sampled: &SampledLoop<f64>| chatter(sampled, model, settings);
@@ -109,11 +109,11 @@ pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> R
     Ok(Margin { stiffness_limit, gain_margin, delay_margin, predicted_chatter, cause })
 }
 
-/// Stiffness of the desired bristles up to which a law does not chatter, their damping as it is [N m/rad]; `None` where
-/// there is no limit up to the last of [`STIFFNESSES`], 0 where it chatters already at the first.
+/// Stiffness of the desired bristles up to which a law does not chatter, at their present damping [N m/rad]; `None`
+/// without a limit up to the last of [`STIFFNESSES`], 0 if it chatters already at the first.
 ///
 /// # Errors
-/// What the design of observer and current control refuses.
+/// Errors of the design of observer and current control.
 pub fn stiffness_limit(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<f64>, Error> {
     let mut sampled = with_arm(law, model, settings)?;
     let [softest, stiffest] = STIFFNESSES;
@@ -123,15 +123,15 @@ pub fn stiffness_limit(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f
     }))
 }
 
-/// The loop of a law and of the arm that is rendered besides.
+/// The loop of a law and of the rendered arm.
 fn with_arm(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<SampledLoop<f64>, Error> {
     let mut sampled = SampledLoop::new(*law, model, settings)?;
     sampled.arm = arm_rendering(model, settings)?;
     Ok(sampled)
 }
 
-/// The largest inertia that moves with the carriage, of this arm, whose rendering alone is stable [kg m²]; infinite where
-/// that is more than [`HEAVIEST`].
+/// The largest inertia on the carriage with this arm whose rendering alone is stable [kg m²]; infinite if it is more
+/// than [`HEAVIEST`].
 pub(super) fn rigid_limit(arm: &ArmRendering<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<f64, Error> {
     let mut sampled = SampledLoop::new(Law::Off, model, settings)?;
     let load = model.drive.load_inertia;
@@ -143,7 +143,7 @@ pub(super) fn rigid_limit(arm: &ArmRendering<f64>, model: &Model<f64>, settings:
     Ok(limit.unwrap_or(f64::INFINITY))
 }
 
-/// The largest stiffness below this one that does not chatter.
+/// The largest stiffness below this one without chatter.
 fn feasible(
     law: &Law<f64>,
     stiffness: f64,
@@ -151,12 +151,12 @@ fn feasible(
     settings: &Settings<f64>,
 ) -> Result<Option<f64>, Error> {
     let mut sampled = with_arm(law, model, settings)?;
-    let found = climb(1.0 / stiffness, 1.0 / STIFFNESSES[0], |inverse| {
+    let limit = climb(1.0 / stiffness, 1.0 / STIFFNESSES[0], |inverse| {
         sampled.law = with_stiffness(law, 1.0 / inverse);
         chatter(&sampled, model, settings).rms() > CHATTER_LIMIT
     });
-    // A hair softer than where chatter ends.
-    Ok(found.map(|inverse| 1.0 / (ACCURACY * inverse)))
+    // Slightly softer than the limit of chatter.
+    Ok(limit.map(|inverse| 1.0 / (ACCURACY * inverse)))
 }
 
 fn chatter(sampled: &SampledLoop<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Chatter {
@@ -164,8 +164,8 @@ fn chatter(sampled: &SampledLoop<f64>, model: &Model<f64>, settings: &Settings<f
     sampled.linearised(model).chatter(libm::log2(ticks(HORIZON)).round() as usize, ticks(PERIOD) as usize)
 }
 
-/// The largest value from `first` on up to which all is well, by steps and then bisection; `None` if that is to `last`, 0
-/// if not even `first` is.
+/// The largest value from `first` on up to which `well` is true, by steps and then bisection; `None` if it is true up
+/// to `last`, 0 if it is false at `first`.
 fn climb(first: f64, last: f64, mut well: impl FnMut(f64) -> bool) -> Option<f64> {
     let (mut good, mut next) = (0.0, first);
     while well(next) {
@@ -181,7 +181,7 @@ fn climb(first: f64, last: f64, mut well: impl FnMut(f64) -> bool) -> Option<f64
     Some(good)
 }
 
-/// Stiffness of the bristles that a law renders [N m/rad]; `None` where it has none.
+/// Stiffness of the bristles that a law renders [N m/rad]; `None` if it has none.
 pub fn desired_stiffness(law: &Law<f64>) -> Option<f64> {
     let desired = match law {
         Law::Bristle(law) => &law.desired,
@@ -191,7 +191,8 @@ pub fn desired_stiffness(law: &Law<f64>) -> Option<f64> {
     Some(desired.stiffest().0)
 }
 
-/// The law with other desired bristles, their damping as it is; a law without any stays.
+/// The law with another stiffness of the desired bristles, at their present damping; a law without bristles is
+/// unchanged.
 fn with_stiffness(law: &Law<f64>, stiffness: f64) -> Law<f64> {
     let mut law = *law;
     let desired = match &mut law {

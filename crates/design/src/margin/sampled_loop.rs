@@ -1,4 +1,4 @@
-//! The loop that a rendering law closes, about a state at rest, with exact slopes.
+//! The loop of a rendering law about a state at rest, with exact slopes.
 
 use std::f64::consts::TAU;
 
@@ -13,20 +13,20 @@ use stickslip_core::fields::Fields as _;
 use stickslip_core::render::{ArmState, Law, LawInput, LawState, RenderedArm};
 use stickslip_core::scalar::{Dual, Scalar};
 
-use super::super::drive_observer::{CONVERTER_NOISE, believed_drive};
+use super::super::drive_observer::{CONVERTER_NOISE, modelled_drive};
 use super::super::{load_current_control, velocity_observer};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
-/// Longest step of the believed machine [s].
+/// Longest step of the modelled machine [s].
 const STEP: f64 = 25e-6;
-/// Voltages that wait for their time: one in force, and one a tick of delay.
+/// Number of stored voltages: the active one, and one for each tick of delay.
 const WAITING: usize = 1 + super::LARGEST_DELAY as usize;
 /// Derivatives taken at once.
 const WIDTH: usize = 6;
 /// Noise of a usual current sensor [A].
 const CURRENT_NOISE: f64 = 0.01;
-/// What disturbs the loop. The accelerometer's noise passes its low-pass, that of its converter does not.
+/// Disturbances of the loop. The accelerometer's noise passes its low-pass, that of its converter does not.
 const NOISES: [&str; 5] = [
     "counts of the encoder",
     "noise of the tacho",
@@ -35,10 +35,10 @@ const NOISES: [&str; 5] = [
     "noise of the current sensor",
 ];
 
-/// The believed machine under a law, its position controller far slower and therefore left out.
+/// The modelled machine under a law; the position controller is far slower and left out.
 #[derive(Clone, Copy)]
 pub(super) struct SampledLoop<T> {
-    /// Drive and pickups, corrected by nothing.
+    /// Drive and pickups, without correction.
     machine: DriveObserver<T>,
     /// Steps of the machine in a tick.
     pub(super) steps: usize,
@@ -46,14 +46,14 @@ pub(super) struct SampledLoop<T> {
     pub(super) law: Law<T>,
     pub(super) arm: RenderedArm<T>,
     current: CurrentControl<T>,
-    /// Factor of the torque that the law asks for.
+    /// Factor of the law's torque.
     pub(super) gain: T,
-    /// Steps by which the voltage acts later than it should.
+    /// Additional delay of the voltage, in steps.
     pub(super) late: usize,
     dt: T,
 }
 
-/// All that moves in the loop.
+/// State of the loop.
 #[derive(Clone, Copy)]
 struct State<T: Scalar> {
     machine: DriveObserverState<T>,
@@ -78,12 +78,12 @@ impl<T: Scalar> State<T> {
 }
 
 impl SampledLoop<f64> {
-    /// With no arm rendered.
+    /// The loop without a rendered arm.
     pub(super) fn new(law: Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
         let dt = settings.tick_time();
         let steps = (dt / STEP - 1e-9).ceil().max(1.0) as usize;
         Ok(SampledLoop {
-            machine: believed_drive(model, dt / steps as f64)?,
+            machine: modelled_drive(model, dt / steps as f64)?,
             steps,
             observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
             law,
@@ -139,7 +139,7 @@ impl SampledLoop<f64> {
                 value
             });
         }
-        // The load current is found among the states by a mark.
+        // The load current is located among the states by a marked value.
         let mut marked = at_rest();
         marked.machine.drive.load_current = f64::NAN;
         let mut torque = RowDVector::zeros(states);
@@ -155,7 +155,7 @@ impl SampledLoop<f64> {
     }
 }
 
-/// A load that is stuck, its bristles not bent. At exactly no velocity |Ω| has no slope.
+/// A stuck load with undeflected bristles. At exactly zero velocity |Ω| has no slope.
 fn at_rest() -> State<f64> {
     let creep = 1e-9;
     let mut machine = DriveObserverState { started: 1.0, ..DriveObserverState::default() };
@@ -168,9 +168,9 @@ fn at_rest() -> State<f64> {
     State { machine, observer, law, arm, current: CurrentControlState::default(), voltages: [0.0; WAITING] }
 }
 
-/// Standard deviations of the noises. A load that rests on the edge between two counts makes the encoder flicker by
-/// one, a variance of 1/4; one that moves has 1/12. A law that follows a position brings the load to an edge and holds it
-/// there; for the others it is the mean of both.
+/// Standard deviations of the noises. A load at rest on the edge between two counts makes the encoder flicker by one
+/// count, a variance of 1/4; a moving load has 1/12. A law that follows a position moves the load to an edge and holds
+/// it there; the other laws have the mean of both.
 fn deviations(law: &Law<f64>, model: &Model<f64>, rate: f64) -> [f64; NOISES.len()] {
     let scaling = &model.scaling;
     let counts = if matches!(law, Law::Admittance(_)) { 1.0 / 4.0 } else { 1.0 / 6.0 };
@@ -184,52 +184,52 @@ fn deviations(law: &Law<f64>, model: &Model<f64>, rate: f64) -> [f64; NOISES.len
 }
 
 impl<T: Scalar> SampledLoop<T> {
-    /// One tick, in the order of [`Tick`](stickslip_core::tick::Tick): the software on the readings of its begin, while
-    /// the machine runs under what was written before.
+    /// One tick, in the order of [`Tick`](stickslip_core::tick::Tick): the software on the readings at its start, while
+    /// the machine runs under the outputs written before.
     fn tick(&self, state: &mut State<T>, noise: [T; NOISES.len()]) {
         let [angle, tacho, felt, acceleration, current] = noise;
         let zero = T::of(0.0);
         let (dt, machine) = (self.dt, &state.machine);
         let acceleration = machine.acceleration + acceleration;
         let angle = machine.drive.angle + angle;
-        let seen = self.observer.run(&mut state.observer, VelocityObserverInput { angle, acceleration }, dt);
+        let observed = self.observer.run(&mut state.observer, VelocityObserverInput { angle, acceleration }, dt);
         let felt_by_law = LawInput {
-            estimated_velocity: seen.velocity,
+            estimated_velocity: observed.velocity,
             angle,
             motor_velocity: machine.tacho + tacho,
             acceleration,
             current: machine.drive.load_current + current,
             motor_torque: zero,
         };
-        let wanted = self.law.render(&mut state.law, felt_by_law, dt);
-        let mut torque = wanted.torque;
+        let demand_of_law = self.law.render(&mut state.law, felt_by_law, dt);
+        let mut torque = demand_of_law.torque;
         if let RenderedArm::Elastic(arm) = &self.arm {
-            torque += arm.run(&mut state.arm, seen, dt).torque;
+            torque += arm.run(&mut state.arm, observed, dt).torque;
         }
         let torque = self.gain * torque;
         let demand = CurrentControlInput {
             reference_current: torque / self.current.torque_constant,
-            measured_current: wanted.current,
-            estimated_velocity: wanted.velocity,
+            measured_current: demand_of_law.current,
+            estimated_velocity: demand_of_law.velocity,
         };
-        let asked = self.current.run(&mut state.current, demand, dt).voltage;
-        state.law.voltage = asked;
+        let voltage = self.current.run(&mut state.current, demand, dt).voltage;
+        state.law.voltage = voltage;
         state.law.torque = torque;
 
         let step = dt / T::of(self.steps as f64);
         let shares = self.machine.accelerometer.flow;
         for k in 0..self.steps {
-            // The newest of the voltages that wait is due now; one that is late, later.
+            // The newest of the stored voltages is due now; a delayed one later.
             let due = (self.late + self.steps - 1 - k) / self.steps;
-            let held = DriveObserverInput { voltage: state.voltages[due], ..DriveObserverInput::default() };
-            self.machine.follow(&mut state.machine, &held, step, |_, _| {});
+            let input = DriveObserverInput { voltage: state.voltages[due], ..DriveObserverInput::default() };
+            self.machine.follow(&mut state.machine, &input, step, |_, _| {});
             state.machine.acceleration += shares[0][2] * felt;
             state.machine.acceleration_rate += shares[1][2] * felt;
         }
         for k in (1..WAITING).rev() {
             state.voltages[k] = state.voltages[k - 1];
         }
-        state.voltages[0] = asked;
+        state.voltages[0] = voltage;
     }
 }
 
@@ -240,18 +240,18 @@ pub(super) struct Linearised {
     torque: RowDVector<f64>,
 }
 
-/// What the noises make of the load torque.
+/// Effect of the noises on the load torque.
 pub(super) struct Chatter {
     /// Variance of its change, by each of [`NOISES`] [(N m)²].
     pub(super) variances: [f64; NOISES.len()],
-    /// Whether it is still growing, and not by noise that adds up.
+    /// Whether it is still growing, other than by accumulated noise.
     pub(super) grows: bool,
 }
 
 impl Linearised {
-    /// How the load torque changes over `ticks`, after 2ᵏ ticks for k `doublings`. An unstable loop has grown until then.
+    /// Change of the load torque over `ticks`, after 2ᵏ ticks for k `doublings`. An unstable loop has grown until then.
     pub(super) fn chatter(&self, doublings: usize, ticks: usize) -> Chatter {
-        // What comes in within the ticks, and what the state does by itself.
+        // Input within the ticks, and free response of the state.
         let mut variances = [0.0; NOISES.len()];
         let mut ahead = self.torque.clone();
         for _ in 0..ticks {
@@ -265,7 +265,7 @@ impl Linearised {
         let mut grows = false;
         for _ in 0..doublings {
             let more = power.transpose() * &sum * &power;
-            // Noise that adds up doubles the variance in twice the time.
+            // Accumulated noise doubles the variance in twice the time.
             let (new, old) = (self.of(&more), self.of(&sum));
             let [new, old]: [f64; 2] = [new, old].map(|variances| variances.iter().sum());
             grows = new > 4.0 * old || !new.is_finite();
@@ -284,16 +284,16 @@ impl Linearised {
 }
 
 impl Chatter {
-    /// Root mean square of the change [N m]; what has grown beyond all numbers is infinite.
+    /// Root mean square of the change [N m]; infinite after an overflow.
     pub(super) fn rms(&self) -> f64 {
         let variance: f64 = self.variances.iter().sum();
         if variance.is_finite() { libm::sqrt(variance) } else { f64::INFINITY }
     }
 
-    /// Where most of it comes from.
+    /// Its main cause.
     pub(super) fn cause(&self) -> &'static str {
         if self.grows {
-            return "an oscillation that grows";
+            return "growing oscillation";
         }
         let most = (0..NOISES.len()).max_by(|&i, &j| self.variances[i].total_cmp(&self.variances[j]));
         NOISES[most.unwrap_or(0)]

@@ -17,7 +17,7 @@ fn prototype(law: LawChoice<f64>, tick_rate: f64) -> (Preset<f64>, Law<f64>) {
 }
 
 fn named(preset: &Preset<f64>) -> Law<f64> {
-    crate::named_law(&preset.model, &preset.bench).unwrap().expect("it is not auto")
+    crate::named_law(&preset.model, &preset.bench).unwrap().expect("the law is not auto")
 }
 
 fn of(law: LawChoice<f64>, tick_rate: f64) -> Result<Margin, Error> {
@@ -26,16 +26,16 @@ fn of(law: LawChoice<f64>, tick_rate: f64) -> Result<Margin, Error> {
 }
 
 #[test]
-fn desired_bristles_like_the_machines_own_ask_for_nothing_and_have_all_margins() {
+fn desired_bristles_equal_to_the_own_require_no_torque_and_have_all_margins() {
     let margin = of(LawChoice::Bristle, 4000.0).unwrap();
     assert_eq!((margin.gain_margin, margin.delay_margin), (None, None));
     assert!(margin.predicted_chatter < 1e-3, "{margin}");
-    // Stiffer than its own, the machine is not admitted without end.
+    // Bristles stiffer than its own have a limit.
     assert!(margin.stiffness_limit.is_some_and(|limit| (6e3..2e4).contains(&limit)), "{margin}");
 }
 
 #[test]
-fn nothing_limits_the_stiffness_of_a_law_without_bristles() {
+fn a_law_without_bristles_has_no_limit_of_stiffness() {
     for law in [LawChoice::Paper, LawChoice::Karnopp] {
         assert_eq!(of(law, 4000.0).unwrap().stiffness_limit, None, "{law:?}");
     }
@@ -51,8 +51,8 @@ fn an_unstable_law_is_refused_with_the_nearest_stiffness_that_is_not() {
         panic!("{refused}")
     };
     assert_eq!(stiffness, Some(2e4));
-    assert!(refused.to_string().contains("bench.desired_bristles.stiffness = 20000 N m/rad"), "{refused}");
-    // What is named is admitted; a tenth more is not quiet.
+    assert!(refused.to_string().contains("bench.desired_bristles.stiffness from 20000 N m/rad"), "{refused}");
+    // The named stiffness is accepted; a tenth more chatters.
     let rms = |stiffness| {
         let sampled = SampledLoop::new(with_stiffness(&law, stiffness), &preset.model, &preset.bench).unwrap();
         chatter(&sampled, &preset.model, &preset.bench).rms()
@@ -61,7 +61,7 @@ fn an_unstable_law_is_refused_with_the_nearest_stiffness_that_is_not() {
 }
 
 #[test]
-fn at_the_gain_and_the_delay_that_are_given_the_loop_is_stable_and_soon_after_it_is_not() {
+fn the_loop_is_stable_up_to_the_stated_gain_and_delay_and_unstable_above() {
     let (mut preset, _) = prototype(LawChoice::Bristle, 10_000.0);
     preset.bench.desired_bristles.stiffness = 1.4e4;
     let law = named(&preset);
@@ -85,13 +85,13 @@ fn the_admittance_is_not_limited_by_the_stiffness_that_it_renders_but_by_a_slow_
 }
 
 #[test]
-fn the_admittance_takes_little_gain_since_it_holds_the_load_more_softly_than_the_machines_own_bristles() {
+fn the_admittance_has_a_small_gain_margin_since_it_is_softer_than_the_own_bristles() {
     // Overcompensated by a share, own bristles push away with that share of their stiffness, J_L·ω_t² holds.
     let (preset, _) = prototype(LawChoice::Paper, 4000.0);
     let tracking = Tracking::default();
     let holds = preset.model.drive.load_inertia * tracking.bandwidth * tracking.bandwidth;
     let expected = 1.0 + holds / preset.model.own_bristles.stiffness;
     let gain = of(LawChoice::Admittance(tracking), 4000.0).unwrap().gain_margin.unwrap();
-    // To the accuracy of the search, and the growth that counts.
+    // Within the accuracy of the search and the threshold of growth.
     assert!((gain - expected).abs() < 0.01, "{gain} {expected}");
 }

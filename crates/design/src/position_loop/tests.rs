@@ -31,22 +31,23 @@ fn the_closed_loop_is_that_of_its_gain() {
         for frequency in [3.0, 30.0, 300.0, 1500.0] {
             let l = one(&gain, 0, 0, frequency);
             let load = one(&closes.axis, port::LOAD, port::ANGLE, frequency);
-            // What the load's torque does is what the axis makes of it, and of what the controller answers.
+            // The response to the load's torque is that of the axis, to it and to the controller's torque.
             let answers = closes.back().unwrap();
-            let seen = one(&answers, 0, 0, frequency) * load
+            let measured = one(&answers, 0, 0, frequency) * load
                 + one(&answers, 1, 0, frequency) * one(&closes.axis, port::LOAD, port::TACHO, frequency);
-            let expected = load + one(&closes.axis, port::TORQUE, port::ANGLE, frequency) * seen / (l + 1.0);
-            let found = one(&closed, 2, 0, frequency);
-            let off = libm::hypot((found - expected).re, (found - expected).im) / libm::hypot(expected.re, expected.im);
+            let expected = load + one(&closes.axis, port::TORQUE, port::ANGLE, frequency) * measured / (l + 1.0);
+            let response = one(&closed, 2, 0, frequency);
+            let off =
+                libm::hypot((response - expected).re, (response - expected).im) / libm::hypot(expected.re, expected.im);
             assert!(off < 1e-9, "{at:?} at {frequency}: {off:.1e}");
         }
     }
 }
 
 #[test]
-fn a_cascade_and_the_pid_controller_that_it_is_have_nearly_the_same_loop() {
+fn a_cascade_and_its_pid_controller_have_nearly_the_same_loop() {
     let preset = bench();
-    // Soft, for a stiff one feels on which side of the coupling its velocity is measured.
+    // Soft, since a stiff one depends on the side of the coupling at which its velocity is measured.
     let cascade = Cascade { velocity_gain: 0.03, integral_gain: 0.4, ..Cascade::default() };
     let pid = crate::cascade_as_pid(&cascade);
     let quality = |controller| with(&preset, controller, SLIDING).quality(&preset.model).unwrap();
@@ -58,7 +59,7 @@ fn a_cascade_and_the_pid_controller_that_it_is_have_nearly_the_same_loop() {
 }
 
 #[test]
-fn a_loop_that_is_pushed_to_its_gain_margin_oscillates() {
+fn a_loop_at_its_gain_margin_oscillates() {
     let preset = bench();
     let cascade = Cascade::default();
     let scaled = |factor: f64| {
@@ -70,29 +71,29 @@ fn a_loop_that_is_pushed_to_its_gain_margin_oscillates() {
     let (within, beyond) = (scaled(0.99 * margin), scaled(1.01 * margin));
     assert!(within.stable && within.noise_torque.is_finite());
     assert!(!beyond.stable && beyond.noise_torque.is_infinite());
-    // Close to the margin the sensitivity is one over what is left of it.
+    // Close to the margin the sensitivity is one over its rest.
     assert!(within.margins.sensitivity.value > 50.0, "{:?}", within.margins.sensitivity);
 }
 
 #[test]
-fn the_corners_are_worse_than_the_machine_as_believed() {
+fn the_corners_are_worse_than_the_modelled_machine() {
     let preset = bench();
     let both = [SLIDING, Operating::Stuck];
-    let found = corners(stated(&preset), &preset.model, &preset.bench, &both).unwrap();
-    assert_eq!(found.len(), 8);
+    let corner_results = corners(stated(&preset), &preset.model, &preset.bench, &both).unwrap();
+    assert_eq!(corner_results.len(), 8);
     let nominal =
         both.map(|at| with(&preset, stated(&preset), at).gain().unwrap().margins().unwrap().sensitivity.value);
-    assert!(found[0].sensitivity > nominal[0].max(nominal[1]), "{found:?} {nominal:?}");
-    // A controller that is far too stiff is unstable there, and said to be.
+    assert!(corner_results[0].sensitivity > nominal[0].max(nominal[1]), "{corner_results:?} {nominal:?}");
+    // A controller that is far too stiff is reported as unstable there.
     let stiff = PositionController::Pid(Pid { derivative_gain: 5.0, ..Pid::default() });
-    let found = corners(stiff, &preset.model, &preset.bench, &both).unwrap();
-    assert!(found[0].sensitivity.is_infinite());
+    let corner_results = corners(stiff, &preset.model, &preset.bench, &both).unwrap();
+    assert!(corner_results[0].sensitivity.is_infinite());
 }
 
 #[test]
-fn noise_of_the_torque_is_at_least_what_the_tacho_makes_at_once() {
+fn noise_of_the_torque_is_at_least_the_direct_noise_of_the_tacho() {
     let preset = bench();
-    // Stuck, the integral's pole lies at 0.02 Hz: its covariance is thousands of times that of the torque.
+    // Stuck, the integral's pole is at 0.02 Hz: its covariance is thousands of times that of the torque.
     for (position_gain, velocity_gain, integral_gain) in
         [(29.0, 0.0569, 1.65), (41.8, 0.0526, 0.8316), (20.0, 0.05, 1.0)]
     {

@@ -1,10 +1,10 @@
-//! The fair tuning: one criterion and the same limits for every controller.
+//! Automatic tuning: the same criterion and the same robustness limits for every controller.
 //!
 //!   min ln IAE + 0.3·ln ê   of the angle after a step of the load torque, the load sliding,
 //!
 //! under M_s ≤ 1.8 sliding and stuck, M_s ≤ 2.5 in the corners of load inertia and coupling stiffness, and a noise of the
 //! commanded torque of at most 4 % of its limit. By Nelder and Mead's simplex on the logarithms of the gains, from several
-//! starts; what is beyond a limit is paid for at a price that no gain of the criterion is worth.
+//! starts; exceeding a limit has a penalty above any gain of the criterion.
 
 use nalgebra::Complex;
 use stickslip_core::control::AxisControl;
@@ -19,21 +19,21 @@ use stickslip_base::watch::Watch;
 
 /// Largest noise of the commanded torque, as a share of its limit.
 pub const NOISE_LIMIT: f64 = 0.04;
-/// Time in which the angle after a step of the load torque counts [s].
+/// Evaluated time of the angle after a step of the load torque [s].
 const HORIZON: f64 = 2.0;
-/// Price of a limit that is exceeded, per share of it, and of a loop that is not stable.
+/// Penalty for exceeding a limit, per share of it, and for an unstable loop.
 const PRICE: f64 = 30.0;
 const UNSTABLE: f64 = 1e3;
-/// A grid of frequencies does not see the very top of a peak.
+/// A grid of frequencies misses the very top of a peak.
 const GRID: f64 = 0.995;
-/// Factors of all gains from which the search starts.
+/// Start factors of all gains.
 const STARTS: [f64; 3] = [1.0, 0.5, 1.7];
-/// What a search from where the last one ended must gain for another.
+/// Least improvement by a repeated search for another one.
 const WORTH_IT: f64 = 2e-3;
-/// Values of the criterion that a start may ask for.
+/// Largest number of evaluations for a start.
 const EVALUATIONS: usize = 220;
 
-/// A controller that was tuned, and at what.
+/// A tuned controller and its results.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tuned {
     /// The controller.
@@ -46,7 +46,7 @@ pub struct Tuned {
     pub noise_torque: f64,
 }
 
-/// A machine on which a controller is judged.
+/// A machine on which a controller is evaluated.
 struct TestBed {
     axis: StateSpace,
     /// From commanded torque to angle and tacho, at the frequencies of the grid.
@@ -55,10 +55,10 @@ struct TestBed {
     limit: f64,
 }
 
-/// Tunes the gains of a controller; its kind, limits and switches stay.
+/// Tunes the gains of a controller; its kind, limits and switches are unchanged.
 ///
 /// # Errors
-/// What the linearisation refuses; [`Error::NotSolvable`] where no start led to a loop that keeps the limits;
+/// Errors of the linearisation; [`Error::NotSolvable`] if no start led to a loop within the limits;
 /// [`Error::Cancelled`].
 pub fn tune(
     controller: &ControllerChoice<f64>,
@@ -68,10 +68,10 @@ pub fn tune(
     watch: &Watch,
 ) -> Result<Tuned, Error> {
     if let ControllerChoice::Linear(_) = controller {
-        let what = "a tuning of a controller that is stated by its matrices";
-        return Err(Error::NotSolvable { what, remedy: "Tune it where its matrices were made." });
+        let what = "the tuning of a controller given by its matrices";
+        return Err(Error::NotSolvable { what, remedy: "Tune it with the tool that computed its matrices." });
     }
-    // The axis has the arm that this controller believes in.
+    // The axis has the arm modelled by this controller.
     let beds = beds(model, &Settings { controller: *controller, ..*settings }, velocity)?;
     let designed = |gains: &[f64]| {
         let stated = with_gains(controller, gains);
@@ -81,36 +81,36 @@ pub fn tune(
     let torque_limit = controller.torque_limit();
     let judge = |gains: &[f64]| match designed(gains) {
         Ok((_, controller)) => price(&beds, &controller, torque_limit, model).map(|(price, _)| price),
-        // Beyond what can be designed nothing is worth trying.
+        // Gains without a design are skipped.
         Err(_) => Ok(PRICE * UNSTABLE),
     };
-    let mut asked = 0;
+    let mut evaluated = 0;
     let mut search = |start: &[f64]| {
         simplex(start, EVALUATIONS, |gains| {
-            asked += 1;
-            watch.stage("tune", (asked as f64 / (EVALUATIONS * (STARTS.len() + 1)) as f64).min(0.99))?;
+            evaluated += 1;
+            watch.stage("tune", (evaluated as f64 / (EVALUATIONS * (STARTS.len() + 1)) as f64).min(0.99))?;
             judge(gains)
         })
     };
     let mut best: Option<(f64, Vec<f64>)> = None;
     for factor in STARTS {
         let start: Vec<f64> = gains(controller).iter().map(|gain| gain + libm::log(factor)).collect();
-        let found = search(&start)?;
-        if best.as_ref().is_none_or(|(least, _)| found.0 < *least) {
-            best = Some(found);
+        let result = search(&start)?;
+        if best.as_ref().is_none_or(|(least, _)| result.0 < *least) {
+            best = Some(result);
         }
     }
-    // Along a limit a simplex collapses before it is at its end: it begins anew from there.
+    // Along a limit a simplex collapses too early: the search is repeated from there.
     while let Some((least, gains)) = &best {
-        let again = search(gains)?;
-        if again.0 > least - WORTH_IT {
+        let repeated = search(gains)?;
+        if repeated.0 > least - WORTH_IT {
             break;
         }
-        best = Some(again);
+        best = Some(repeated);
     }
     let nothing = Error::NotSolvable {
         what: "a tuning within the limits of sensitivity and noise",
-        remedy: "Start from softer gains, or make the believed machine stiffer or its sensors quieter.",
+        remedy: "Start from softer gains, or model a stiffer machine or quieter sensors.",
     };
     let Some((_, gains)) = best else { return Err(nothing) };
     let (controller, parameters) = designed(&gains)?;
@@ -121,7 +121,7 @@ pub fn tune(
     })
 }
 
-/// The machine as believed, sliding and stuck, and its corners.
+/// The modelled machine, sliding and stuck, and its corners.
 fn beds(model: &Model<f64>, settings: &Settings<f64>, velocity: f64) -> Result<Vec<TestBed>, Error> {
     let mut beds = Vec::new();
     for at in [Operating::Sliding(velocity), Operating::Stuck] {
@@ -161,7 +161,7 @@ impl TestBed {
     }
 }
 
-/// What a controller comes to.
+/// Result of a controller.
 struct Outcome {
     absolute_error: f64,
     peak: f64,
@@ -170,7 +170,7 @@ struct Outcome {
     beyond: f64,
 }
 
-/// The price of a controller, and what it comes to where all loops are stable.
+/// The penalised criterion of a controller, and its result if all loops are stable.
 fn price(
     beds: &[TestBed],
     controller: &AxisControl<f64>,
@@ -201,13 +201,13 @@ fn price(
     Ok((criterion + PRICE * beyond, Some(Outcome { absolute_error, peak, noise_torque, beyond })))
 }
 
-/// Logarithms of what is tuned.
+/// Logarithms of the tuned gains.
 fn gains(controller: &ControllerChoice<f64>) -> Vec<f64> {
     // A gain of 0 has no logarithm: it starts small.
     tuned_values(&mut { *controller }).into_iter().map(|gain| libm::log(gain.max(1e-6))).collect()
 }
 
-/// What is tuned of a controller.
+/// The tuned gains of a controller.
 fn tuned_values(controller: &mut ControllerChoice<f64>) -> Vec<&mut f64> {
     match controller {
         ControllerChoice::Cascade(it) => vec![&mut it.position_gain, &mut it.velocity_gain, &mut it.integral_gain],
@@ -216,22 +216,22 @@ fn tuned_values(controller: &mut ControllerChoice<f64>) -> Vec<&mut f64> {
             let gains = [&mut it.proportional_gain, &mut it.integral_gain, &mut it.derivative_gain];
             gains.into_iter().chain(filtered).collect()
         }
-        // Whoever made them knows what to change.
+        // The meaning of its matrices is unknown.
         ControllerChoice::Linear(_) => Vec::new(),
         ControllerChoice::StateFeedback(it) => tuned_feedback(it),
-        // Its limits are stated.
+        // Its limits are settings.
         ControllerChoice::Predictive(it) => tuned_feedback(&mut it.feedback),
     }
 }
 
-/// What is tuned of a state feedback.
+/// The tuned values of a state feedback.
 fn tuned_feedback(it: &mut StateFeedback<f64>) -> Vec<&mut f64> {
     let integrates = it.compensates_load < 0.5;
     let mut values = match &mut it.regulator {
-        Regulation::Quadratic(wanted) => {
-            let integral = integrates.then_some(&mut wanted.integral_time);
+        Regulation::Quadratic(quadratic) => {
+            let integral = integrates.then_some(&mut quadratic.integral_time);
             let twist = if let DampedArm::Elastic(arm) = &mut it.arm { Some(&mut arm.twist) } else { None };
-            let deviations = [&mut wanted.angle, &mut wanted.velocity, &mut wanted.vibration];
+            let deviations = [&mut quadratic.angle, &mut quadratic.velocity, &mut quadratic.vibration];
             deviations.into_iter().chain(integral).chain(twist).collect()
         }
         Regulation::Poles(it) => {
@@ -240,8 +240,8 @@ fn tuned_feedback(it: &mut StateFeedback<f64>) -> Vec<&mut f64> {
             pairs.into_iter().chain(integral).collect::<Vec<_>>()
         }
     };
-    let believed = it.observer.disturbances_mut();
-    values.extend([&mut believed.load_torque, &mut believed.motor_torque]);
+    let disturbances = it.observer.disturbances_mut();
+    values.extend([&mut disturbances.load_torque, &mut disturbances.motor_torque]);
     values
 }
 
@@ -255,7 +255,7 @@ fn with_gains(controller: &ControllerChoice<f64>, gains: &[f64]) -> ControllerCh
     controller
 }
 
-/// What a file would refuse is not tried.
+/// Values outside the range of a parameter file are not tried.
 struct WithinRange;
 
 impl Walk<f64> for WithinRange {
@@ -270,13 +270,13 @@ fn simplex(
     evaluations: usize,
     mut judge: impl FnMut(&[f64]) -> Result<f64, Error>,
 ) -> Result<(f64, Vec<f64>), Error> {
-    /// First edges, and how close the corners come before it ends.
+    /// First edges, and distance of the corners at the end.
     const EDGE: f64 = 0.3;
     const END: f64 = 1e-3;
-    let mut left = evaluations;
+    let mut remaining = evaluations;
     let mut at = |point: Vec<f64>| {
-        left = left.saturating_sub(1);
-        Ok::<_, Error>((judge(&point)?, point, left))
+        remaining = remaining.saturating_sub(1);
+        Ok::<_, Error>((judge(&point)?, point, remaining))
     };
     let mut corners = Vec::new();
     for k in 0..=start.len() {
@@ -296,7 +296,7 @@ fn simplex(
             .map(|j| corners[..count - 1].iter().map(|corner| corner.1[j]).sum::<f64>() / (count - 1) as f64)
             .collect();
         let along = |factor: f64| (0..start.len()).map(|j| middle[j] + factor * (worst.1[j] - middle[j])).collect();
-        let (value, point, left) = at(along(-1.0))?;
+        let (value, point, remaining) = at(along(-1.0))?;
         let better = if value < corners[0].0 {
             let (further, far, _) = at(along(-2.0))?;
             if further < value { Some((further, far)) } else { Some((value, point)) }
@@ -317,7 +317,7 @@ fn simplex(
                 }
             }
         }
-        if left == 0 || spread < END {
+        if remaining == 0 || spread < END {
             corners.sort_by(|one, other| one.0.total_cmp(&other.0));
             return Ok(corners.swap_remove(0));
         }
@@ -340,21 +340,21 @@ mod tests {
     }
 
     #[test]
-    fn no_tuning_leaves_what_a_file_admits() {
+    fn a_tuning_stays_within_the_ranges_of_a_file() {
         let state_feedback = ControllerChoice::StateFeedback(StateFeedback::default());
         for controller in [ControllerChoice::Cascade(Cascade::default()), state_feedback] {
             for gain in [-80.0, 80.0] {
                 let mut preset = Preset::<f64>::default();
                 preset.bench.controller = with_gains(&controller, &vec![gain; gains(&controller).len()]);
                 let text = stickslip_base::parameters::write_commented(&preset);
-                let read: Preset<f64> = stickslip_base::parameters::read(&text, "tuned").unwrap();
-                assert_eq!(read.bench.controller, preset.bench.controller);
+                let parsed: Preset<f64> = stickslip_base::parameters::parsed(&text, "tuned").unwrap();
+                assert_eq!(parsed.bench.controller, preset.bench.controller);
             }
         }
     }
 
     #[test]
-    fn a_fair_tuning_keeps_all_limits_and_pid_and_cascade_come_out_alike() {
+    fn a_tuning_meets_all_limits_and_pid_and_cascade_have_similar_results() {
         let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
         let cascade = Cascade::default();
         let tuned = |controller| tune(&controller, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap();
@@ -362,21 +362,21 @@ mod tests {
             [ControllerChoice::Cascade(cascade), ControllerChoice::Pid(cascade_as_pid(&cascade))].map(tuned);
         let state_feedback = tuned(ControllerChoice::StateFeedback(StateFeedback::default()));
         let both = [Operating::Sliding(10.0), Operating::Stuck];
-        for found in [one, other, state_feedback] {
-            let controller = position_controller(&found.controller, &preset.model, &preset.bench).unwrap();
+        for tuned in [one, other, state_feedback] {
+            let controller = position_controller(&tuned.controller, &preset.model, &preset.bench).unwrap();
             for at in both {
                 let closes = PositionLoop::new(controller, &preset.model, &preset.bench, at).unwrap();
                 let quality = closes.quality(&preset.model).unwrap();
-                // A hundredth is what the search may leave.
+                // A hundredth is the tolerance of the search.
                 assert!(quality.stable && quality.margins.sensitivity.value <= 1.01 * SENSITIVITY_LIMIT, "{quality:?}");
             }
             let worst = corners(controller, &preset.model, &preset.bench, &both).unwrap()[0];
             assert!(worst.sensitivity <= 1.01 * CORNER_LIMIT, "{worst:?}");
-            assert!(found.noise_torque <= 1.01 * NOISE_LIMIT * cascade.torque_limit);
+            assert!(tuned.noise_torque <= 1.01 * NOISE_LIMIT * cascade.torque_limit);
         }
         // The same family, but the cascade's zeros are real, and its integral acts on the motor's side of the coupling.
         assert!((1.0..1.5).contains(&(one.absolute_error / other.absolute_error)), "{one:?} {other:?}");
-        // Who knows the coupling's twist holds the load better.
+        // A controller that models the coupling's twist holds the load better.
         assert!(state_feedback.absolute_error < 0.7 * one.absolute_error, "{one:?} {state_feedback:?}");
         let before = beds(&preset.model, &preset.bench, 10.0).unwrap();
         let (_, before) =
@@ -385,13 +385,13 @@ mod tests {
     }
 
     #[test]
-    fn limits_that_no_gain_keeps_are_refused() {
+    fn limits_that_no_gain_meets_are_refused() {
         let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
-        // A tacho of nothing but noise, and a drive that may do next to nothing.
+        // A very noisy tacho, and a drive with nearly no torque.
         preset.model.tacho_noise = 1.0;
         let matrices = ControllerChoice::Linear(stickslip_base::preset::ControllerMatrices::default());
         let error = tune(&matrices, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap_err();
-        assert!(error.to_string().contains("Tune it where"), "{error}");
+        assert!(error.to_string().contains("Tune it with"), "{error}");
         let pid = ControllerChoice::Pid(Pid { torque_limit: 1e-6, ..Pid::default() });
         let refused = tune(&pid, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap_err().to_string();
         assert!(refused.contains("within the limits of sensitivity and noise"), "{refused}");

@@ -21,7 +21,7 @@ fn stated(compensates_load: f64, torque_rate_limit: f64, speed_limit: f64) -> Pr
     PredictiveFeedback { feedback, torque_rate_limit, speed_limit }
 }
 
-/// The believed drive, its torque a sample late: what encoder and tacho show.
+/// The modelled drive with a torque delay of one sample, and its encoder and tacho.
 struct Drive {
     sampled: SampledDrive,
     states: DVector<f64>,
@@ -43,7 +43,7 @@ impl Drive {
         }
     }
 
-    /// Goes on with the torque in force.
+    /// One sample with the active torque.
     fn step(&mut self, torque: f64) {
         self.states = &self.sampled.phi * &self.states + &self.sampled.gamma * torque;
     }
@@ -62,21 +62,21 @@ fn step_response(controller: &Predictive<f64>, choice: &PredictiveFeedback<f64>,
         .collect()
 }
 
-/// At rest, a sample behind it: the next set-point is a way from there.
+/// At rest after one sample: the next set-point is away from there.
 fn at_rest(controller: &Predictive<f64>) -> LinearState<f64> {
     let mut state = LinearState::default();
     controller.step(&mut state, ControllerInput::default(), DT);
     state
 }
 
-/// The same controller that does not look ahead: what exceeds a limit is cut off.
+/// The same controller without prediction: torques above a limit are clipped.
 fn short_sighted(controller: &Predictive<f64>) -> Predictive<f64> {
     let step = LimitStep { resolvent: [[0.0; HORIZON]; HORIZON], ..controller.steps.step };
     Predictive { steps: LimitSteps { step }, ..*controller }
 }
 
 #[test]
-fn where_no_limit_is_in_the_way_it_is_the_linear_controller_to_the_bit() {
+fn without_an_active_limit_it_is_the_linear_controller_to_the_bit() {
     for compensates_load in [0.0, 1.0] {
         let choice = stated(compensates_load, 1e6, 1e3);
         let controller = predictive(&choice, &preset().model, DT).unwrap();
@@ -103,7 +103,7 @@ fn where_no_limit_is_in_the_way_it_is_the_linear_controller_to_the_bit() {
 }
 
 #[test]
-fn the_course_that_it_sees_is_the_one_that_the_linear_controller_then_takes() {
+fn its_predicted_course_is_that_of_the_linear_controller() {
     for compensates_load in [0.0, 1.0] {
         let choice = stated(compensates_load, 1e6, 1e3);
         let controller = predictive(&choice, &preset().model, DT).unwrap();
@@ -111,9 +111,9 @@ fn the_course_that_it_sees_is_the_one_that_the_linear_controller_then_takes() {
         let (mut drive, mut state) = (Drive::new(&choice), at_rest(&controller));
         let mut torques = Vec::new();
         let mut velocities = Vec::new();
-        let mut seen = None;
+        let mut predicted = None;
         for k in 0..60 {
-            // From sample 30 on with a steady acceleration of the set-point, as is believed of it.
+            // From sample 30 on with a steady acceleration of the set-point, as predicted.
             let time = DT * (f64::from(k) - 30.0);
             let input = ControllerInput {
                 reference_velocity: 20.0 * time,
@@ -129,7 +129,7 @@ fn the_course_that_it_sees_is_the_one_that_the_linear_controller_then_takes() {
                 causes[STATES + 1] = torque;
                 causes[STATES + 3] = 20.0;
                 let sum = |columns: &dyn Fn(usize) -> f64| (0..CAUSES).map(|j| columns(j) * causes[j]).sum::<f64>();
-                seen = Some((
+                predicted = Some((
                     (0..HORIZON).map(|i| sum(&|j| controller.free_torque[j][i])).collect::<Vec<_>>(),
                     (0..SPEEDS).map(|i| sum(&|j| controller.free_velocity[j][i])).collect::<Vec<_>>(),
                 ));
@@ -138,19 +138,19 @@ fn the_course_that_it_sees_is_the_one_that_the_linear_controller_then_takes() {
             torques.push(torque);
             velocities.push(drive.states[VELOCITY]);
         }
-        let (torque, velocity) = seen.unwrap();
+        let (torque, velocity) = predicted.unwrap();
         for (k, expected) in torque.iter().enumerate() {
             assert!((torques[30 + k] - expected).abs() < 1e-9, "torque {k}: {} {expected}", torques[30 + k]);
         }
         for (j, expected) in velocity.iter().enumerate() {
             // The torque of a sample acts in the next one.
-            let found = velocities[30 + (j + 1) * STRIDE];
-            assert!((found - expected).abs() < 1e-9, "velocity {j}: {found} {expected}");
+            let velocity_there = velocities[30 + (j + 1) * STRIDE];
+            assert!((velocity_there - expected).abs() < 1e-9, "velocity {j}: {velocity_there} {expected}");
         }
     }
 }
 
-/// The nearest course by another way: Hildreth's, one limit after the other, until nothing changes.
+/// The nearest course by Hildreth's method, one limit after the other, until convergence.
 fn nearest(controller: &Predictive<f64>, free: &Limited<f64>, limits: &[f64; 3]) -> Vec<f64> {
     let resolvent = DMatrix::from_fn(HORIZON, HORIZON, |i, j| controller.steps.step.resolvent[j][i]);
     let mut rows = DMatrix::zeros(2 * HORIZON + SPEEDS, HORIZON);
@@ -179,12 +179,12 @@ fn nearest(controller: &Predictive<f64>, free: &Limited<f64>, limits: &[f64; 3])
             let row = rows.row(i).transpose();
             let direction = &back * &row;
             let stiffness = row.dot(&direction);
-            // Where this limit would leave it if the others stayed.
+            // Optimum for this limit alone.
             let at = free + row.dot(&moved) - price[i] * stiffness;
-            let wanted = (at.clamp(-limit, *limit) - at) / stiffness;
-            let step = wanted - price[i];
+            let multiplier = (at.clamp(-limit, *limit) - at) / stiffness;
+            let step = multiplier - price[i];
             moved += direction * step;
-            price[i] = wanted;
+            price[i] = multiplier;
             changed = changed.max(step.abs());
         }
         if changed < 1e-12 {
@@ -200,7 +200,7 @@ fn its_course_is_the_nearest_within_the_limits() {
     let controller = predictive(&choice, &preset().model, DT).unwrap();
     let weight = controller.velocity_weight;
     let limits = [2.0, 200.0 * DT, weight * 20.0];
-    // Courses that ask for too much torque, change and speed, each alone and together.
+    // Courses with too much torque, change and speed, each alone and together.
     for (torque, speed) in [(0.1, 2.0), (1.0, 5.0), (3.0, 5.0), (0.1, 20.1), (1.5, 19.0)] {
         let torque: [f64; HORIZON] = std::array::from_fn(|k| torque * libm::cos(0.3 * k as f64));
         let change = std::array::from_fn(|k| if k == 0 { torque[0] } else { torque[k] - torque[k - 1] });
@@ -208,22 +208,22 @@ fn its_course_is_the_nearest_within_the_limits() {
         let free = Limited { torque, change, velocity };
         let expected = nearest(&controller, &free, &limits);
         let mut state = LimitStepState { point: free };
-        let mut found = [0.0; HORIZON];
+        let mut moved = [0.0; HORIZON];
         for _ in 0..3000 {
-            found = controller.steps.step.step(&mut state, LimitStepInput { free, limits }, DT).moved;
+            moved = controller.steps.step.step(&mut state, LimitStepInput { free, limits }, DT).moved;
         }
-        for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
-            assert!((found - expected).abs() < 1e-6, "{speed} rad/s, sample {k}: {found} {expected}");
+        for (k, (moved, expected)) in moved.iter().zip(&expected).enumerate() {
+            assert!((moved - expected).abs() < 1e-6, "{speed} rad/s, sample {k}: {moved} {expected}");
         }
-        // The guards were needed.
-        let asked = torque[0].abs() > limits[0] || change[0].abs() > limits[1] || speed > 20.0;
-        assert_eq!(asked, expected.iter().any(|moved| moved.abs() > 1e-9));
+        // The limits were active.
+        let exceeded = torque[0].abs() > limits[0] || change[0].abs() > limits[1] || speed > 20.0;
+        assert_eq!(exceeded, expected.iter().any(|moved| moved.abs() > 1e-9));
     }
 }
 
 #[test]
-fn it_brakes_before_a_limit_of_speed_and_bears_one_of_the_torques_rate() {
-    // Speed: half a turn as a raw step. What does not look ahead exceeds it threefold and overshoots.
+fn it_brakes_before_a_speed_limit_and_is_stable_under_a_limit_of_the_torques_rate() {
+    // Speed: half a turn as a raw step. Without prediction the speed is three times the limit, with overshoot.
     let choice = stated(1.0, 1e6, 20.0);
     let controller = predictive(&choice, &preset().model, DT).unwrap();
     let fastest = |course: &[[f64; 3]]| course.iter().map(|it| it[1].abs()).fold(0.0, f64::max);
@@ -234,7 +234,7 @@ fn it_brakes_before_a_limit_of_speed_and_bears_one_of_the_torques_rate() {
     assert!(fastest(&blind) > 50.0 && farthest(&blind) > 4.0, "{} {}", fastest(&blind), farthest(&blind));
     assert!((seeing[499][0] - 3.0).abs() < 1e-3);
     assert!(seeing.iter().all(|it| it[2].abs() <= 2.0));
-    // Rate: cut off, it makes the loop oscillate.
+    // Rate: clipping makes the loop oscillate.
     let choice = stated(1.0, 50.0, 1e3);
     let controller = predictive(&choice, &preset().model, DT).unwrap();
     let seeing = step_response(&controller, &choice, 0.05);
@@ -247,7 +247,7 @@ fn it_brakes_before_a_limit_of_speed_and_bears_one_of_the_torques_rate() {
 }
 
 #[test]
-fn what_is_no_number_gives_no_torque_and_stays_nowhere() {
+fn a_non_finite_input_gives_no_torque_and_is_not_stored() {
     let choice = stated(0.0, 200.0, 20.0);
     let controller = predictive(&choice, &preset().model, DT).unwrap();
     let mut state = LinearState::default();

@@ -1,6 +1,6 @@
-//! The renderable region: which difference torques load motor, amplifier, loop and observer can give at which speed.
+//! The renderable region: difference torques that load motor, amplifier, loop and observer can render at each speed.
 //!
-//! From what is believed of the machine and how the bench runs alone; drawn in the design, asked before a render.
+//! Computed from the model of the machine and the settings of the bench; shown in the design, checked before rendering.
 //!
 //! ```text
 //! current   |M| ≤ K·i_max
@@ -28,12 +28,12 @@ use super::{predicted_velocity_noise, software};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
-/// Steps between the speeds that are looked at, evenly spaced on a logarithmic scale.
+/// Steps between the examined speeds, evenly spaced on a logarithmic scale.
 const STEPS: usize = 400;
 /// Slowest of them over the fastest.
 const SLOWEST: f64 = 1e-4;
 
-/// How fast the drive may pass through a characteristic under the law, and how far off the torque may be meanwhile.
+/// Acceleration of the drive along a characteristic under the law, and tolerance of the torque meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Passage<T> {
     /// Acceleration through standstill and along the characteristic; the quick friction plan has 200 rad/s².
@@ -44,18 +44,18 @@ pub struct Passage<T> {
     pub tolerance: T,
 }
 
-/// What bounds the difference torque.
+/// Limits of the difference torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
     /// The amplifier's current.
     Current,
     /// The amplifier's voltage against back-EMF and resistance.
     Voltage,
-    /// The same voltage, most of it for the change of the current.
+    /// The same voltage, mainly for the change of the current.
     Slope,
     /// Delay of the loop and noise of the observer.
     Response,
-    /// The highest speed that supervision admits.
+    /// The speed limit of supervision.
     Speed,
 }
 
@@ -71,7 +71,7 @@ impl Limit {
         }
     }
 
-    /// SI unit of what is needed and what there is.
+    /// SI unit of the required and the available value.
     pub fn unit(self) -> &'static str {
         match self {
             Limit::Current | Limit::Response => "N m",
@@ -87,20 +87,20 @@ impl fmt::Display for Limit {
     }
 }
 
-/// What a limit asks for and grants, in its [unit](Limit::unit).
+/// Required and available value of a limit, in its [unit](Limit::unit).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// Which limit.
+    /// The limit.
     pub limit: Limit,
-    /// For this difference torque.
+    /// Required for this difference torque.
     pub needed: f64,
-    /// At this speed.
+    /// Available at this speed.
     pub available: f64,
 }
 
 impl Bound {
-    /// By what the difference torque may be multiplied until the limit is hit; infinite where nothing is needed, 0 where
-    /// a number is none.
+    /// Factor of the difference torque at which the limit is reached; infinite if nothing is required, 0 for a value
+    /// that is not finite.
     pub fn margin(&self) -> f64 {
         if self.needed <= 0.0 && self.available >= 0.0 {
             f64::INFINITY
@@ -112,49 +112,49 @@ impl Bound {
     }
 }
 
-/// Steady torques [N m] that the load motor can give at a speed, against positive motion.
+/// Steady torques [N m] of the load motor at a speed, against positive motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
-    /// Lowest and highest.
+    /// Lowest and highest torque.
     pub torque: [f64; 2],
-    /// What binds them.
+    /// Their limits.
     pub limits: [Limit; 2],
 }
 
-/// What a bench can render.
+/// Renderable region of a bench.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
     /// Torque of the load motor at the current limit [N m].
     pub torque_limit: f64,
     /// Largest voltage at the load motor [V].
     pub voltage_limit: f64,
-    /// Highest speed that supervision admits [rad/s].
+    /// Speed limit of supervision [rad/s].
     pub speed_limit: f64,
     /// Delay from the screw's velocity to the load motor's torque [s].
     pub delay: f64,
     /// Standard deviation of the estimated velocity by the data sheet [rad/s].
     pub velocity_noise: f64,
-    /// How fast characteristics are passed through.
+    /// Passage along characteristics.
     pub passage: Passage<f64>,
     winding: Winding<f64>,
 }
 
-/// A characteristic against the region.
+/// A characteristic compared with the region.
 type Difference<'a> = &'a dyn Fn(f64) -> f64;
 
 /// Speed up to which own and desired friction are compared [rad/s]: the range of the figures.
 pub const FASTEST: f64 = 80.0;
 
-/// Speed up to which a desired friction is judged [rad/s], in a sketch, a design and a parameter set alike.
+/// Highest speed at which a desired friction is checked [rad/s], in a sketch, a design and a parameter set.
 pub fn fastest(region: &Region) -> f64 {
     FASTEST.min(region.speed_limit)
 }
 
 impl Region {
-    /// Of the load motor, its amplifier, the observer and the rates of a bench, as they are believed.
+    /// The region for the model of load motor and amplifier, the observer and the rates of a bench.
     ///
     /// # Errors
-    /// What the design of observer and current control refuses.
+    /// Errors of the design of observer and current control.
     pub fn of(model: &Model<f64>, settings: &Settings<f64>, passage: Passage<f64>) -> Result<Self, Error> {
         let current = software(model, settings)?.current;
         Ok(Region {
@@ -180,21 +180,25 @@ impl Region {
         }
     }
 
-    /// Time [s] that the current takes from one sign to the other at standstill, with the whole voltage; infinite for
-    /// a torque [N m] that the voltage does not hold.
+    /// Time [s] of a change of the current's sign at standstill, with the full voltage; infinite for a torque [N m]
+    /// that the voltage cannot hold.
     pub fn sign_change_time(&self, torque: f64) -> f64 {
         let Winding { torque_constant, resistance, inductance } = self.winding;
         let drop = if torque == 0.0 { 0.0 } else { resistance * torque.abs() / torque_constant };
-        let left = self.voltage_limit - drop;
-        if left > 0.0 { inductance / resistance * libm::log((self.voltage_limit + drop) / left) } else { f64::INFINITY }
+        let margin = self.voltage_limit - drop;
+        if margin > 0.0 {
+            inductance / resistance * libm::log((self.voltage_limit + drop) / margin)
+        } else {
+            f64::INFINITY
+        }
     }
 
-    /// The speeds that are looked at up to the fastest [rad/s], rising.
+    /// The examined speeds up to the fastest [rad/s], rising.
     pub fn speeds(fastest: f64) -> impl Iterator<Item = f64> + Clone {
         (0..=STEPS).map(move |k| fastest * libm::pow(SLOWEST, 1.0 - k as f64 / STEPS as f64))
     }
 
-    /// The limit that is nearest for a difference torque at a speed [rad/s]; `breakaway` [N m] is the desired one.
+    /// The nearest limit for a difference torque at a speed [rad/s]; `breakaway` [N m] is the desired one.
     fn nearest(&self, difference: Difference<'_>, breakaway: f64, speed: f64) -> Bound {
         let torque = difference(speed);
         let [voltage, other_voltage] = [1.0, -1.0].map(|side| self.voltage(difference, torque, speed, side));
@@ -205,10 +209,10 @@ impl Region {
             available: self.passage.tolerance * breakaway,
         };
         let fast = Bound { limit: Limit::Speed, needed: speed, available: self.speed_limit };
-        // The speed cannot be scaled: it is admitted or not.
+        // The speed cannot be scaled: it is permitted or not.
         let admitted = (fast.margin() < 1.0).then_some(fast);
         let bounds = [current, voltage, other_voltage, response];
-        bounds.into_iter().chain(admitted).min_by(|a, b| a.margin().total_cmp(&b.margin())).expect("there are limits")
+        bounds.into_iter().chain(admitted).min_by(|a, b| a.margin().total_cmp(&b.margin())).expect("limits are listed")
     }
 
     /// The voltage towards one side, +1 or −1, at a speed [rad/s].
@@ -216,7 +220,7 @@ impl Region {
         let Winding { torque_constant, resistance, inductance } = self.winding;
         let step = 1e-4 * speed;
         let slope = (difference(speed + step) - difference(speed - step)) / (2.0 * step);
-        // Without a motor the current limit refuses, not a voltage.
+        // Without a motor the current limit applies, not a voltage.
         let per_torque = if torque_constant > 0.0 { 1.0 / torque_constant } else { 0.0 };
         let change = inductance * per_torque * slope.abs() * self.passage.acceleration;
         let steady = side * resistance * torque * per_torque;
@@ -240,21 +244,21 @@ impl Region {
         late[0].max(late[1]) + (mean / weights - torque).abs()
     }
 
-    /// Whether the difference from own to desired friction can be rendered up to a speed [rad/s]; if not, where, why,
-    /// and what would do.
+    /// Whether the difference from own to desired friction can be rendered up to a speed [rad/s]; if not, the speeds,
+    /// the limits and the remedies.
     pub fn judge(&self, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Verdict {
         Verdict::of(self, own, desired, fastest)
     }
 
-    /// As [`judge`](Self::judge), but for what would do instead: fast enough for a curve that is being dragged.
+    /// As [`judge`](Self::judge), without the remedies: fast enough for a dragged curve.
     pub fn glance(&self, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Verdict {
         Verdict::without_remedy(self, own, desired, fastest)
     }
 
-    /// As [`judge`](Self::judge), for a bench that is about to render.
+    /// As [`judge`](Self::judge), before rendering on a bench.
     ///
     /// # Errors
-    /// [`DesignError::NotRenderable`] with where, why and what would do.
+    /// [`DesignError::NotRenderable`] with speeds, limits and remedies.
     pub fn admit(&self, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Result<Verdict, Error> {
         let verdict = self.judge(own, desired, fastest);
         if verdict.renderable() { Ok(verdict) } else { Err(DesignError::NotRenderable(Box::new(verdict)).into()) }

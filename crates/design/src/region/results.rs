@@ -9,7 +9,7 @@ use stickslip_base::Summary;
 use stickslip_base::quantity::{Estimate, tied};
 use stickslip_fit::PARAMETERS;
 
-/// Every so many of the speeds that are looked at stand in a summary.
+/// Step between the examined speeds in a summary.
 const EVERY: usize = 8;
 
 impl Region {
@@ -25,8 +25,8 @@ impl Region {
             .result("region.tolerance", self.passage.tolerance, "1");
     }
 
-    /// A row a speed: lowest and highest steady torque with what binds them, the difference torque, its margin and the
-    /// limit that is nearest.
+    /// One row for each speed: lowest and highest steady torque with their limits, the difference torque, its margin
+    /// and the nearest limit.
     pub fn rows(&self, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64, summary: &mut Summary) {
         for (bound, speed) in walk(self, own, desired, fastest).step_by(EVERY) {
             let Band { torque: [low, high], limits } = self.at(speed);
@@ -44,16 +44,16 @@ impl Region {
         }
     }
 
-    /// What bounds it where, in a sentence for a figure.
+    /// Its limits, in a sentence for a figure.
     pub fn about(&self, fastest: f64) -> String {
         let speed = |value: f64| tied(&Estimate::new(value, "rad/s"));
         let bound = Region::speeds(fastest).find(|speed| self.at(*speed).limits[0] == Limit::Voltage);
         let voltage = match bound {
-            Some(from) => format!("; from {} on the voltage binds the motor that drives", speed(from)),
+            Some(from) => format!("; from {} on the voltage limits a driving motor", speed(from)),
             None => String::new(),
         };
         format!(
-            "The current limit gives {}{voltage}. Supervision ends the region at {}.",
+            "The current limit permits {}{voltage}. Supervision limits the speed to {}.",
             tied(&Estimate::new(self.torque_limit, "N m")),
             speed(self.speed_limit)
         )
@@ -61,7 +61,7 @@ impl Region {
 }
 
 impl Verdict {
-    /// The numbers, and a row a shortage and a feasible value, under their stable names.
+    /// The numbers, and one row for each shortage and each feasible value, under their stable names.
     pub fn tell(&self, summary: &mut Summary) {
         summary
             .result("region.renderable", f64::from(u8::from(self.renderable())), "1")

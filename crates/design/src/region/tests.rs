@@ -16,7 +16,7 @@ fn verdict(change: impl FnOnce(&mut Preset<f64>)) -> Verdict {
     region(&preset).judge(&preset.model.own, &preset.bench.desired, 50.0)
 }
 
-/// The only limit that forbids, and where.
+/// The only exceeded limit, with its speeds.
 fn only(verdict: &Verdict, limit: Limit) -> Shortage {
     let [shortage] = verdict.shortages[..] else { panic!("{verdict}") };
     assert_eq!(shortage.bound.limit, limit, "{verdict}");
@@ -25,7 +25,7 @@ fn only(verdict: &Verdict, limit: Limit) -> Shortage {
 }
 
 #[test]
-fn every_preset_with_a_load_motor_can_render_what_it_desires() {
+fn every_preset_with_a_load_motor_can_render_its_desired_friction() {
     for (name, _) in presets::list() {
         let mut preset = read(name);
         let desired = Stribeck { kinetic_torque: 0.5 * preset.model.own.kinetic_torque, ..preset.model.own };
@@ -52,18 +52,21 @@ fn the_current_limit_bounds_the_torque_and_a_feasible_viscous_friction_is_named(
     let Some([feasible]) = verdict.feasible.as_deref() else { panic!("{:?}", verdict.feasible) };
     // (b − 2e-4)·50 − 0.06 = 1.401, rounded down to three digits.
     assert_eq!((feasible.parameter, feasible.value), (3, 0.0294));
-    assert!(verdict.remedy().unwrap().contains("alone, viscous friction b = 0.0294 N·m·s/rad."), "{verdict}");
+    assert!(
+        verdict.remedy().unwrap().contains("only one parameter: viscous friction b = 0.0294 N·m·s/rad."),
+        "{verdict}"
+    );
 }
 
 #[test]
-fn the_feasible_value_is_admitted_and_one_beyond_it_is_not() {
+fn the_feasible_value_is_accepted_and_one_beyond_it_is_not() {
     let margin = |b: f64| verdict(|preset| preset.bench.desired.viscous_friction = b).margin;
     assert!(margin(0.0294) >= 1.0 && margin(0.0295) < 1.0);
 }
 
 #[test]
-fn the_back_emf_hinders_the_motor_that_drives_and_helps_the_one_that_brakes() {
-    // 8 V; at 50 rad/s the back-EMF takes 4.67 V of them from a motor that drives.
+fn the_back_emf_limits_a_driving_motor_and_helps_a_braking_one() {
+    // 8 V; at 50 rad/s the back-EMF takes 4.67 V of them from a driving motor.
     let weak = |preset: &mut Preset<f64>| preset.model.load_amplifier.supply_voltage = 8.0;
     let mut preset = read("clm-bench");
     weak(&mut preset);
@@ -103,7 +106,7 @@ fn an_inductance_that_is_too_large_for_the_slope_is_named() {
 }
 
 #[test]
-fn a_drop_narrower_than_noise_and_delay_is_named_with_the_smallest_stribeck_velocity() {
+fn a_drop_narrower_than_noise_and_delay_gives_the_smallest_stribeck_velocity() {
     let verdict = verdict(|preset| preset.bench.desired.stribeck_velocity = 0.05);
     let shortage = only(&verdict, Limit::Response);
     assert_eq!(shortage.bound.available, 0.1 * 0.3);
@@ -113,12 +116,12 @@ fn a_drop_narrower_than_noise_and_delay_is_named_with_the_smallest_stribeck_velo
 }
 
 #[test]
-fn speeds_that_supervision_forbids_are_not_rendered() {
+fn speeds_above_the_limit_of_supervision_are_not_rendered() {
     let verdict = verdict(|preset| preset.bench.safety.speed = 40.0);
     let shortage = only(&verdict, Limit::Speed);
     assert!(shortage.speeds[0] > 40.0 && shortage.bound.available == 40.0);
-    assert!(verdict.feasible == Some(Vec::new()), "no parameter of the friction mends it");
-    assert!(verdict.to_string().ends_with("no single parameter mends it."), "{verdict}");
+    assert!(verdict.feasible == Some(Vec::new()), "no parameter of the friction is sufficient");
+    assert!(verdict.to_string().ends_with("no single parameter is sufficient."), "{verdict}");
 }
 
 #[test]
@@ -126,14 +129,14 @@ fn without_a_difference_nothing_is_needed() {
     let verdict = verdict(|preset| preset.bench.desired = preset.model.own);
     assert_eq!((verdict.margin, verdict.sign_change_time), (f64::INFINITY, 3.0 * 250e-6));
     let region = region(&read("clm-bench"));
-    // 48 V do not hold 48 V·K/R for long: the last of the current never comes.
+    // 48 V do not hold 48 V·K/R for long: the last of the current is never reached.
     assert_eq!(region.sign_change_time(48.0 * 0.0934 / 0.61), f64::INFINITY);
     let short = region.sign_change_time(1e-6);
     assert!((short / (2.0 * 1e-6 / 0.0934 * 0.42e-3 / 48.0) - 1.0).abs() < 1e-6, "L·2i/U: {short}");
 }
 
 #[test]
-fn a_bound_that_is_no_number_admits_nothing() {
+fn a_bound_that_is_not_finite_permits_no_torque() {
     for (needed, available) in [(f64::NAN, 1.0), (1.0, f64::NAN), (f64::NAN, f64::NAN), (-1.0, -1.0)] {
         assert_eq!(Bound { limit: Limit::Voltage, needed, available }.margin(), 0.0);
     }

@@ -1,4 +1,4 @@
-//! Whether a desired friction lies within the region; if not, where, why, and what would do.
+//! Whether a desired friction is within the region; if not, the speeds, the limits and the remedies.
 
 use std::fmt;
 
@@ -8,42 +8,42 @@ use super::{Bound, Limit, Region};
 use stickslip_base::quantity::{Estimate, number};
 use stickslip_fit::{PARAMETERS, values, with_values};
 
-/// A stretch of speeds in which a limit forbids the difference torque.
+/// A speed range in which a limit is exceeded by the difference torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shortage {
-    /// From and to [rad/s].
+    /// Ends of the range [rad/s].
     pub speeds: [f64; 2],
-    /// The speed at which most is missing [rad/s].
+    /// Speed of the largest shortage [rad/s].
     pub worst: f64,
-    /// What is missing there.
+    /// Required and available value there.
     pub bound: Bound,
 }
 
-/// The value nearest to the desired one with which everything could be rendered, the other parameters unchanged.
+/// The value nearest to the desired one that can be rendered, with the other parameters unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feasible {
-    /// Which parameter, as [`PARAMETERS`] counts them.
+    /// Index of the parameter in [`PARAMETERS`].
     pub parameter: usize,
     /// Its value in the desired friction.
     pub desired: f64,
-    /// The one that would do, rounded to the safe side.
+    /// The feasible value, rounded to the safe side.
     pub value: f64,
 }
 
-/// What the region says of a desired friction.
+/// Result of a check of a desired friction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// By what the difference torque may be multiplied until a limit is hit: from 1 on it can be rendered.
+    /// Factor of the difference torque at which a limit is reached; at least 1 if it can be rendered.
     pub margin: f64,
-    /// The limit that is nearest, and the speed at which it is [rad/s].
+    /// The nearest limit, and its speed [rad/s].
     pub nearest: (Bound, f64),
-    /// Where it cannot be rendered.
+    /// Speed ranges in which it cannot be rendered.
     pub shortages: Vec<Shortage>,
-    /// What would do, each alone; `None` where nobody has looked for it.
+    /// Feasible values of single parameters; `None` if they were not computed.
     pub feasible: Option<Vec<Feasible>>,
-    /// Time [s] that the load motor takes to change its torque's sign behind a reversal, delay included.
+    /// Time [s] for the change of the load motor torque's sign after a reversal, delay included.
     pub sign_change_time: f64,
-    /// Speed that the drive has reached meanwhile [rad/s]: below, the sign is still the old one.
+    /// Speed reached by the drive meanwhile [rad/s]: below, the sign is still the old one.
     pub sign_change_speed: f64,
     region: Region,
 }
@@ -56,11 +56,11 @@ fn with(curve: &Stribeck<f64>, parameter: usize, value: f64) -> Stribeck<f64> {
 }
 
 impl Verdict {
-    /// Without what would do, which takes a hundred times as long.
+    /// Without remedies, which take a hundred times longer.
     pub(super) fn without_remedy(region: &Region, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Self {
         let bounds = || walk(region, own, desired, fastest);
         let tightest = |a: &(Bound, f64), b: &(Bound, f64)| a.0.margin().total_cmp(&b.0.margin());
-        let nearest = bounds().min_by(tightest).expect("there are speeds");
+        let nearest = bounds().min_by(tightest).expect("the list of speeds is not empty");
         let margin = nearest.0.margin();
         let delay = region.delay + region.sign_change_time(desired.breakaway_torque - own.breakaway_torque);
         Verdict {
@@ -85,7 +85,7 @@ impl Verdict {
         self.margin >= 1.0
     }
 
-    /// Where and why it cannot be rendered, a sentence a stretch.
+    /// Reasons for which it cannot be rendered, one sentence for each speed range.
     pub fn reasons(&self) -> Vec<String> {
         self.shortages.iter().map(|shortage| self.reason(shortage)).collect()
     }
@@ -96,26 +96,26 @@ impl Verdict {
         let of = |value: f64| Estimate::new(value, bound.limit.unit()).to_string();
         let (needed, available) = (of(bound.needed), of(bound.available));
         let acceleration = Estimate::new(self.region.passage.acceleration, "rad/s^2");
-        let what = match bound.limit {
-            Limit::Current if bound.available == 0.0 => format!("{needed} are needed, and no load motor is mounted"),
-            Limit::Current => format!("the load motor needs {needed}, its current limit gives {available}"),
-            Limit::Voltage => format!("the amplifier needs {needed}; beside the back-EMF it has {available}"),
+        let reason = match bound.limit {
+            Limit::Current if bound.available == 0.0 => format!("{needed} required, but no load motor is mounted"),
+            Limit::Current => format!("the load motor requires {needed}; its current limit permits {available}"),
+            Limit::Voltage => format!("the amplifier requires {needed}; the back-EMF leaves {available}"),
             Limit::Slope => format!(
-                "the current changes so fast at {acceleration} that the amplifier needs {needed}; beside the \
-                 back-EMF it has {available}"
+                "the current changes so fast at {acceleration} that the amplifier requires {needed}; the back-EMF leaves \
+                 {available}"
             ),
             Limit::Response => format!(
                 "delay ({} at {acceleration}) and noise of the estimated velocity ({}) blur the torque by {needed}, \
-                 {available} are tolerated",
+                 tolerance {available}",
                 Estimate::new(self.region.delay, "s"),
                 Estimate::new(self.region.velocity_noise, "rad/s"),
             ),
-            Limit::Speed => format!("the screw may turn at {available} at most"),
+            Limit::Speed => format!("the speed limit of the screw is {available}"),
         };
-        format!("From {} to {}: at {} {what}.", speed(from), speed(to), speed(worst))
+        format!("From {} to {}: at {} {reason}.", speed(from), speed(to), speed(worst))
     }
 
-    /// What would do, in a sentence; `None` where it can be rendered.
+    /// The remedy, in a sentence; `None` if it can be rendered.
     pub fn remedy(&self) -> Option<String> {
         if self.renderable() {
             return None;
@@ -125,16 +125,16 @@ impl Verdict {
             format!("{name} = {} {}", shortest(feasible.value), unit.replace(' ', "·"))
         };
         let single: Option<Vec<String>> = self.feasible.as_ref().map(|all| all.iter().map(one).collect());
-        let share = format!("{} % of the difference torque", number((100.0 * self.margin).floor(), 0));
+        let share = format!("Reduce the difference torque to {} %", number((100.0 * self.margin).floor(), 0));
         Some(match single.as_deref() {
-            None => format!("Renderable is {share}."),
-            Some([]) => format!("Renderable is {share}; no single parameter mends it."),
-            Some(single) => format!("Renderable is {share}, or, alone, {}.", single.join(", or ")),
+            None => format!("{share}."),
+            Some([]) => format!("{share}; no single parameter is sufficient."),
+            Some(single) => format!("{share}, or change only one parameter: {}.", single.join(", or ")),
         })
     }
 }
 
-/// As a parameter file has it, so that it can be copied.
+/// In the notation of a parameter file, so that it can be copied.
 fn shortest(value: f64) -> String {
     format!("{value}")
 }
@@ -144,7 +144,7 @@ impl fmt::Display for Verdict {
         match self.remedy() {
             None => write!(
                 f,
-                "the desired friction can be rendered with {} times the difference torque in hand",
+                "the desired friction can be rendered, up to {} times the difference torque",
                 number(self.margin, 2)
             ),
             Some(remedy) => {
@@ -167,7 +167,7 @@ pub(super) fn walk(
     })
 }
 
-/// The stretches in which one limit forbids.
+/// The speed ranges in which one limit is exceeded.
 fn shortages(bounds: impl Iterator<Item = (Bound, f64)>) -> Vec<Shortage> {
     let mut shortages: Vec<Shortage> = Vec::new();
     let mut before = None;
@@ -188,8 +188,8 @@ fn shortages(bounds: impl Iterator<Item = (Bound, f64)>) -> Vec<Shortage> {
     shortages
 }
 
-/// For each parameter the nearest value that would do: towards the own friction, or, for the Stribeck velocity, towards
-/// a gentler drop.
+/// For each parameter the nearest feasible value: towards the own friction, or, for the Stribeck velocity, towards a
+/// gentler drop.
 fn feasible(region: &Region, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Vec<Feasible> {
     let does = |parameter: usize, value: f64| {
         walk(region, own, &with(desired, parameter, value), fastest).all(|(bound, _)| bound.margin() >= 1.0)

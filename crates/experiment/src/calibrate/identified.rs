@@ -1,4 +1,4 @@
-//! Numbers that were identified, each with its uncertainty, and what the software is to believe for them.
+//! Identified numbers, each with its uncertainty, and the controller's model updated by them.
 
 use std::f64::consts::TAU;
 
@@ -14,19 +14,19 @@ use stickslip_base::preset::{Model, ModelUncertainty};
 use stickslip_base::quantity::Estimate;
 use stickslip_fit::{PARAMETERS as OWN, StribeckFit};
 
-/// Standard uncertainty over the value beyond which a number is not believed.
+/// Standard uncertainty over the value beyond which a number is not adopted.
 const UNKNOWN: f64 = 0.25;
 
-/// A number that was identified.
+/// An identified number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identified {
     /// Stable name.
     pub key: &'static str,
-    /// In words, with its symbol.
+    /// Name in words, with its symbol.
     pub words: &'static str,
     /// Unit as in a field.
     pub unit: &'static str,
-    /// What was believed before; NaN where nothing was.
+    /// Value of the model before; NaN if the model has none.
     pub believed: f64,
     /// Estimate.
     pub value: f64,
@@ -41,16 +41,16 @@ impl Identified {
         key: &'static str,
         words: &'static str,
         unit: &'static str,
-        believed: f64,
+        assumed: f64,
         value: f64,
-        known: Known,
+        uncertainty: Known,
     ) -> Self {
-        let Known { standard, half } = known;
+        let Known { standard, half } = uncertainty;
         let ci95 = [value - half, value + half];
-        Identified { key, words, unit, believed, value, standard_uncertainty: standard, ci95 }
+        Identified { key, words, unit, believed: assumed, value, standard_uncertainty: standard, ci95 }
     }
 
-    /// Whether the data tell it.
+    /// Whether the data determine it.
     pub fn known(&self) -> bool {
         self.standard_uncertainty <= UNKNOWN * self.value.abs() || self.key.ends_with("offset")
     }
@@ -62,10 +62,10 @@ impl Identified {
 }
 
 /// Numbers of the fit of the drive, in the order of [`Index`] up to the brushes; then servo and tacho lag together.
-pub(super) fn drive(believed: &Model<f64>, solution: &Solution) -> Vec<Identified> {
-    let (before, mut now) = (start(believed), sloped(&solution.coordinates));
-    now[Index::BristleDamping as usize] *= Dual::of(1.0 / unfaded(&believed.own_bristles, solution));
-    // In no data sheet that the software has.
+pub(super) fn drive(model: &Model<f64>, solution: &Solution) -> Vec<Identified> {
+    let (before, mut now) = (start(model), sloped(&solution.coordinates));
+    now[Index::BristleDamping as usize] *= Dual::of(1.0 / unfaded(&model.own_bristles, solution));
+    // Numbers that the model does not contain.
     let unstated = [
         Index::ServoLag,
         Index::TachoLag,
@@ -77,20 +77,20 @@ pub(super) fn drive(believed: &Model<f64>, solution: &Solution) -> Vec<Identifie
     ];
     let number = |i: usize| {
         let FreeParameter { key, words, unit, .. } = SOUGHT[i];
-        let believed = if unstated.iter().any(|index| *index as usize == i) { f64::NAN } else { before[i] };
-        Identified::new(key, words, unit, believed, now[i].value, solution.known(&now[i]))
+        let assumed = if unstated.iter().any(|index| *index as usize == i) { f64::NAN } else { before[i] };
+        Identified::new(key, words, unit, assumed, now[i].value, solution.known(&now[i]))
     };
     use Index::{BrushDamping, BrushStiffness, RippleCosine, RippleSine, TachoCosine, TachoSine};
     let hidden = [RippleCosine, RippleSine, BrushStiffness, BrushDamping, TachoSine, TachoCosine];
-    let shown = (0..PARAMETERS).filter(|i| hidden.iter().all(|index| *index as usize != *i));
+    let visible = (0..PARAMETERS).filter(|i| hidden.iter().all(|index| *index as usize != *i));
     let lag = now[Index::ServoLag as usize] + now[Index::TachoLag as usize];
     let words = "lag of servo and tacho together";
-    let both = Identified::new("drive_lag", words, "s", believed.drive_lag, lag.value, solution.known(&lag));
-    shown.map(number).chain([both]).collect()
+    let both = Identified::new("drive_lag", words, "s", model.drive_lag, lag.value, solution.known(&lag));
+    visible.map(number).chain([both]).collect()
 }
 
-/// Share of the bristles' damping at rest that the load felt while it was shaken: σ₁ fades with speed, and a linear drive
-/// takes up as much power with the mean of σ₁(Ω) weighted by Ω².
+/// Share of the bristles' damping at rest that acted while the load was shaken: σ₁ fades with speed, and a linear drive
+/// absorbs as much power with the mean of σ₁(Ω) weighted by Ω².
 fn unfaded(bristles: &Bristles<f64>, solution: &Solution) -> f64 {
     let unit = LuGre { bristle_damping: 1.0, fading: bristles.fading, ..LuGre::default() };
     let at = values(&solution.coordinates);
@@ -105,9 +105,9 @@ fn unfaded(bristles: &Bristles<f64>, solution: &Solution) -> f64 {
     if whole > 0.0 { faded / whole } else { 1.0 }
 }
 
-/// The Stribeck curve, its torques no surer than the scale of the drive torque.
-pub(super) fn friction(believed: &Model<f64>, own: &StribeckFit, scale: &Identified) -> Vec<Identified> {
-    let before = &believed.own;
+/// The Stribeck curve, its torques with at least the uncertainty of the drive torque's scale.
+pub(super) fn friction(model: &Model<f64>, own: &StribeckFit, scale: &Identified) -> Vec<Identified> {
+    let before = &model.own;
     let before = [before.breakaway_torque, before.kinetic_torque, before.stribeck_velocity, before.viscous_friction];
     let share = scale.standard_uncertainty / scale.value;
     let number = |(k, (key, words, unit)): (usize, &(&'static str, &'static str, &'static str))| {
@@ -127,41 +127,44 @@ pub(super) fn friction(believed: &Model<f64>, own: &StribeckFit, scale: &Identif
     OWN.iter().enumerate().map(number).collect()
 }
 
-/// Which experiment would tell a number.
+/// Experiment that determines a number.
 pub(super) fn remedy(key: &str) -> &'static str {
     match key {
         "bristle_stiffness" | "bristle_damping" => {
-            "Shake the load longer at rest, or with more of its breakaway torque."
+            "Shake the load at rest longer, or with a larger share of its breakaway torque."
         }
-        "accelerometer_frequency" | "accelerometer_damping" => "Excite to higher frequencies.",
+        "accelerometer_frequency" | "accelerometer_damping" => "Excite up to higher frequencies.",
         "coupling_damping" | "coupling_stiffness" => "Excite the drive's resonance more: a larger acceleration.",
-        "viscous_friction" | "sliding_slope" => "Let the speed swing more, or measure friction at higher speeds.",
+        "viscous_friction" | "sliding_slope" => {
+            "Increase the swing of the speed, or measure friction at higher speeds."
+        }
         _ => "Record longer, or with a larger acceleration.",
     }
 }
 
-/// What may still be wrong: a standard uncertainty of each number, and the ripple that no characteristic contains.
-fn doubt(believed: &ModelUncertainty<f64>, numbers: &[Identified]) -> ModelUncertainty<f64> {
+/// Remaining uncertainty of the model: a standard uncertainty of each number, and the ripple that the characteristic
+/// lacks.
+fn doubt(before: &ModelUncertainty<f64>, numbers: &[Identified]) -> ModelUncertainty<f64> {
     let find = |key: &str| numbers.iter().find(|number| number.key == key);
     let share = |key: &str, otherwise: f64| {
         find(key)
             .filter(|number| number.known())
             .map_or(otherwise, |number| number.standard_uncertainty / number.value.abs())
     };
-    let friction = |key| share(key, believed.friction);
+    let friction = |key| share(key, before.friction);
     ModelUncertainty {
-        drive_torque: share("torque_per_volt", believed.drive_torque),
-        load_inertia: share("load_inertia", believed.load_inertia),
-        coupling_stiffness: share("coupling_stiffness", believed.coupling_stiffness),
+        drive_torque: share("torque_per_volt", before.drive_torque),
+        load_inertia: share("load_inertia", before.load_inertia),
+        coupling_stiffness: share("coupling_stiffness", before.coupling_stiffness),
         friction: friction("breakaway_torque").max(friction("kinetic_torque")),
         ripple: find("friction_ripple").map_or(0.0, |number| number.value),
-        bristle_stiffness: share("bristle_stiffness", believed.bristle_stiffness),
+        bristle_stiffness: share("bristle_stiffness", before.bristle_stiffness),
     }
 }
 
-/// What is believed from now on.
-pub(super) fn model(believed: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
-    let mut model = *believed;
+/// The model with the identified numbers.
+pub(super) fn model(before: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
+    let mut model = *before;
     let mut frequency = TAU * model.accelerometer_bandwidth;
     let places: [(&str, &mut f64); 20] = [
         ("torque_per_volt", &mut model.scaling.torque_per_volt),
@@ -191,6 +194,6 @@ pub(super) fn model(believed: &Model<f64>, numbers: &[Identified]) -> Model<f64>
         }
     }
     model.accelerometer_bandwidth = frequency / TAU;
-    model.doubt = doubt(&believed.doubt, numbers);
+    model.doubt = doubt(&before.doubt, numbers);
     model
 }

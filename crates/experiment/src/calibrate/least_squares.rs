@@ -1,4 +1,4 @@
-//! Least squares by orthogonal transformations: what each segment says of the parameters, and all of them together.
+//! Least squares by orthogonal transformations: the information of each segment on the parameters, and of all together.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 use stickslip_core::scalar::{Dual, Scalar};
@@ -11,8 +11,8 @@ use super::segment::{LEAD_IN, LEVEL, OWN, Segment, Setting, predict};
 /// The parameters and a segment's own numbers.
 pub(super) const VARIABLES: usize = PARAMETERS + OWN;
 
-/// How far a load at rest, shaken, may be from where it rests: twist [rad], velocities [rad/s], angle [rad], each many
-/// times what there is. What has died away before the samples count would else be anything.
+/// Bounds of the state of a shaken load at rest: twist [rad], velocities [rad/s], angle [rad], each many times what
+/// occurs. Without them a state that decays before the samples count would be undetermined.
 const REST: [f64; LEVEL] = [0.01, 1.0, 1.0, 0.01];
 
 /// Over the parameters.
@@ -24,7 +24,7 @@ pub(super) type Vector = SVector<f64, PARAMETERS>;
 const ROWS: usize = 256;
 
 /// Least squares by orthogonal transformations, row by row: the triangle R of all rows so far. Normal equations would
-/// lose what is left of the parameters once a segment's own numbers are eliminated.
+/// lose precision once a segment's own numbers are eliminated.
 struct Triangle {
     rows: DMatrix<f64>,
     filled: usize,
@@ -59,10 +59,10 @@ impl Triangle {
     }
 }
 
-/// What a segment says, as a triangle over its own numbers, the parameters and the right side.
+/// Information of a segment, as a triangle over its own numbers, the parameters and the right side.
 pub(super) struct Block {
     triangle: DMatrix<f64>,
-    /// How many of its own numbers it has: a load at rest has no level of friction.
+    /// Number of its own numbers: a load at rest has no level of friction.
     own: usize,
 }
 
@@ -106,27 +106,27 @@ impl Block {
         Block { triangle: triangle.finish(), own: owned }
     }
 
-    /// Sum of squares once its own numbers are where they are best.
+    /// Sum of squares at the optimum of its own numbers.
     pub(super) fn cost(&self) -> f64 {
         self.reduced().map(|row| row[PARAMETERS] * row[PARAMETERS]).sum()
     }
 
-    /// What it says of the parameters alone: rows over them and the right side.
+    /// Its information on the parameters alone: rows over them and the right side.
     pub(super) fn reduced(&self) -> impl Iterator<Item = [f64; PARAMETERS + 1]> + '_ {
         let (n, size) = (self.own, self.triangle.nrows());
         (n..size).map(move |row| std::array::from_fn(|column| self.triangle[(row, n + column)]))
     }
 
-    /// Moves its own numbers to where they are best once the parameters have moved by `step`.
+    /// Moves its own numbers to their optimum after the parameters have moved by `step`.
     pub(super) fn move_own(&self, step: &Vector, own: &mut [f64; OWN]) {
         let n = self.own;
         let mut moved = vec![0.0; n];
         for row in (0..n).rev() {
-            let mut left = self.triangle[(row, n + PARAMETERS)];
-            (0..PARAMETERS).for_each(|i| left -= self.triangle[(row, n + i)] * step[i]);
-            (row + 1..n).for_each(|i| left -= self.triangle[(row, i)] * moved[i]);
+            let mut rest = self.triangle[(row, n + PARAMETERS)];
+            (0..PARAMETERS).for_each(|i| rest -= self.triangle[(row, n + i)] * step[i]);
+            (row + 1..n).for_each(|i| rest -= self.triangle[(row, i)] * moved[i]);
             let pivot = self.triangle[(row, row)];
-            moved[row] = if pivot.abs() > 1e-9 { left / pivot } else { 0.0 };
+            moved[row] = if pivot.abs() > 1e-9 { rest / pivot } else { 0.0 };
         }
         own.iter_mut().zip(moved).for_each(|(own, moved)| *own += moved);
     }
@@ -141,7 +141,7 @@ pub(super) fn widened(values: &[Dual<PARAMETERS>; PARAMETERS]) -> [Dual<VARIABLE
     })
 }
 
-/// What each segment says.
+/// Information of each segment.
 pub(super) fn blocks(
     coordinates: &[f64; PARAMETERS],
     segments: &[Segment],
@@ -151,14 +151,14 @@ pub(super) fn blocks(
     segments.iter().map(|segment| Block::of(coordinates, segment, setting, noises)).collect()
 }
 
-/// All segments' say on the parameters, as one triangle.
+/// Information of all segments on the parameters, as one triangle.
 pub(super) fn joined(blocks: &[Block]) -> DMatrix<f64> {
     let mut triangle = Triangle::new(PARAMETERS + 1);
     blocks.iter().flat_map(Block::reduced).for_each(|row| triangle.push(row.into_iter()));
     triangle.finish()
 }
 
-/// Step that solves the joined triangle, damped in units of what the data say of each parameter.
+/// Step that solves the joined triangle, damped in units of the data's information on each parameter.
 pub(super) fn solve(joined: &DMatrix<f64>, damping: f64) -> Vector {
     let mut triangle = Triangle::new(PARAMETERS + 1);
     for row in joined.row_iter().take(PARAMETERS) {
@@ -171,14 +171,14 @@ pub(super) fn solve(joined: &DMatrix<f64>, damping: f64) -> Vector {
     let r = triangle.finish();
     let mut step = Vector::zeros();
     for row in (0..PARAMETERS).rev() {
-        let mut left = r[(row, PARAMETERS)];
-        (row + 1..PARAMETERS).for_each(|i| left -= r[(row, i)] * step[i]);
-        step[row] = left / r[(row, row)];
+        let mut rest = r[(row, PARAMETERS)];
+        (row + 1..PARAMETERS).for_each(|i| rest -= r[(row, i)] * step[i]);
+        step[row] = rest / r[(row, row)];
     }
     step
 }
 
-/// R⁻¹ of the joined triangle; columns of what nothing is known of are huge.
+/// R⁻¹ of the joined triangle; columns of undetermined parameters are huge.
 pub(super) fn inverse(joined: &DMatrix<f64>) -> Matrix {
     let mut r = joined.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into_owned();
     (0..PARAMETERS).for_each(|i| {

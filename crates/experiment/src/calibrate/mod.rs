@@ -1,24 +1,24 @@
-//! The bench identifies itself: scales, masses, coupling, lags, the load motor, and its own friction.
+//! Calibration of the bench by itself: scales, masses, coupling, lags, the load motor, and its own friction.
 //!
 //! Three experiments through converters and counters alone. Both motors are excited by multisines while the axis turns
-//! fast, each way; friction is measured at constant speeds; the load is shaken at rest, far below breakaway. In the first
-//! and the last the drive is a linear system, fitted to everything that was measured at once (output error), friction
-//! at constant speeds comes from [`measure_friction`]. What the software believes is where the search starts.
+//! fast in each direction; friction is measured at constant speeds; the load is shaken at rest, far below breakaway. In
+//! the first and the last the drive is a linear system, fitted to all channels at once (output error), friction at
+//! constant speeds comes from [`measure_friction`]. The search starts at the controller's model.
 //!
-//! `record.rs` makes the runs, `segment.rs` simulates pieces of them, `response.rs` is the linear drive that is fitted,
-//! `uncertainty.rs` computes the intervals. The study of the intervals is `cargo xtask study calibration`.
+//! `record.rs` executes the runs, `segment.rs` simulates pieces of them, `response.rs` is the linear drive that is
+//! fitted, `uncertainty.rs` computes the intervals. The study of the intervals is `cargo xtask study calibration`.
 //!
-//! # What can be known
+//! # What is identifiable
 //!
 //! Angles come from the encoder's lines and the clock, absolutely; with them tacho and accelerometer calibrate
 //! themselves. The load motor's K_L is its back-EMF, volts over rad/s, and thereby its torque per current. Every
-//! torque of the bench, inertias and stiffness with them, is measured against that torque: their scale is no truer than
-//! the current sensor's volts per ampere, and K_L and R no truer than the gain of the load amplifier. Both are taken from
-//! the data sheet. The virtual machine shows its integrator here: its steps of 25 µs shift a millisecond's lags by 1 µs
-//! and inertias by a thousandth, more than the intervals of a quiet bench; with steps of 5 µs it is the machine of its
-//! equations. The friction of the drive motor itself is entered, not measured. An offset of the load amplifier looks
-//! like one of the current sensor. The delay of the computation, one tick, is known; what is estimated are the lags of
-//! servo amplifier and tacho behind it.
+//! torque of the bench, inertias and stiffness with them, is measured against that torque: their scale is as accurate
+//! as the current sensor's volts per ampere, and K_L and R as accurate as the gain of the load amplifier. Both are
+//! taken from the data sheet. The integrator of the virtual machine has an effect here: its steps of 25 µs shift a
+//! millisecond's lags by 1 µs and inertias by a thousandth, more than the intervals of a quiet bench; with steps of 5
+//! µs the effect vanishes. The friction of the drive motor itself is entered, not measured. An offset of the load
+//! amplifier cannot be distinguished from one of the current sensor. The computing delay is known, one tick; the lags
+//! of servo amplifier and tacho behind it are estimated.
 
 mod fit;
 mod identified;
@@ -54,14 +54,14 @@ pub fn friction_plan() -> FrictionPlan<f64> {
 }
 
 impl CalibrationPlan<f64> {
-    /// Bench time that a calibration takes [s], without homing.
+    /// Bench time of a calibration [s], without homing.
     pub fn bench_time(&self, model: &Model<f64>, settings: &Settings<f64>) -> f64 {
         let friction = friction_plan().duration(0.0, settings.tick_time());
         self.turning_time(model.own.stribeck_velocity) + friction + self.resting_time()
     }
 }
 
-/// Whether a bench has what a calibration needs.
+/// Checks that a bench has the devices that a calibration requires.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] without a load motor.
@@ -70,17 +70,17 @@ pub fn calibratable(model: &Model<f64>) -> Result<(), Error> {
     let value = model.load_motor.torque_constant;
     if value < minimum {
         let (name, unit) = ("the torque constant of the load motor", "N m/A");
-        let remedy =
-            "Without a load motor no torque of the bench has a scale; identify an axis from a recording instead.";
+        let remedy = "All torques are referred to the load motor; without one, identify the axis from a recording.";
         return Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy });
     }
     Ok(())
 }
 
-/// Calibrates a bench that is homed and running.
+/// Calibrates a homed, running bench.
 ///
 /// # Errors
-/// As [`calibratable`]; [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`]; [`Error::TooFew`] where too few plateaus slid.
+/// As [`calibratable`]; [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`]; [`Error::TooFew`] if the load
+/// slid on too few plateaus.
 pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
     let (model, settings) = (*bench.model(), *bench.settings());
     calibratable(&model)?;
@@ -105,23 +105,23 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     Ok(Calibration::new(&model, &solution, curve, own, (last - first) as f64 * dt))
 }
 
-/// How far the channels may be off before the model is near: ten counts, 1 rad/s, a twentieth of g, 50 mA.
+/// Residuals of the channels assumed before the model is near: ten counts, 1 rad/s, a twentieth of g, 50 mA.
 fn rough(model: &Model<f64>) -> [f64; CHANNELS] {
     let scaling = &model.scaling;
     [10.0 * model.encoder.resolution(), scaling.tacho, 0.5 * scaling.accelerometer, 0.05]
 }
 
-/// The Stribeck curve of a measurement that took the data sheet for true, mean of both directions.
+/// The Stribeck curve of a measurement by the torque scale of the data sheet, mean of both directions.
 fn own_friction(
     curve: &FrictionCurve,
     model: &Model<f64>,
     at: &[f64; parameters::PARAMETERS],
 ) -> Result<StribeckFit, Error> {
     let scale = at[Index::TorquePerVolt as usize] / model.scaling.torque_per_volt;
-    // The control holds a current of 0 by the sensor: its offset flows.
+    // The control holds a measured current of 0: the sensor's offset flows.
     let load_torque = -at[Index::TorqueConstant as usize] * at[Index::CurrentOffset as usize];
     let corrected = |point: CurvePoint| {
-        // What the motor itself rubs was subtracted in true torque.
+        // The motor's own friction was subtracted in true torque.
         let motor = model.motor_friction.steady_torque(point.velocity, 0.0, 0.0);
         let torque = (point.torque + motor) * scale - motor - load_torque;
         CurvePoint { torque, standard_error: point.standard_error * scale, ..point }
@@ -130,8 +130,9 @@ fn own_friction(
     fit_stribeck(&symmetric(&points), &FrictionCurve::FIT)
 }
 
-/// Points without what both directions have in common, offset and asymmetry, which no symmetric curve has: each takes
-/// half the difference to its counterpart at the opposite velocity, and a point without one falls out.
+/// Points without the part common to both directions, offset and asymmetry, which a symmetric curve cannot have: each
+/// point is corrected by half the difference to its counterpart at the opposite velocity; points without one are
+/// dropped.
 fn symmetric(points: &[CurvePoint]) -> Vec<CurvePoint> {
     let mean = |point: &CurvePoint| {
         let opposite = |other: &&CurvePoint| (other.velocity / point.velocity + 1.0).abs() < 0.1;
@@ -147,10 +148,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_both_directions_have_in_common_is_no_part_of_a_symmetric_curve() {
+    fn a_symmetric_curve_leaves_out_the_part_common_to_both_directions() {
         let point = |velocity: f64, torque: f64| CurvePoint { velocity, torque, standard_error: 1e-3 };
-        let left = symmetric(&[point(1.0, 0.25), point(-1.01, -0.15), point(7.0, 0.3)]);
-        assert_eq!(left.iter().map(|p| p.torque).collect::<Vec<_>>(), [0.2, -0.2]);
-        assert!((left[0].standard_error / 1e-3 - 1.0).abs() < 1e-12);
+        let points = symmetric(&[point(1.0, 0.25), point(-1.01, -0.15), point(7.0, 0.3)]);
+        assert_eq!(points.iter().map(|p| p.torque).collect::<Vec<_>>(), [0.2, -0.2]);
+        assert!((points[0].standard_error / 1e-3 - 1.0).abs() < 1e-12);
     }
 }

@@ -1,4 +1,4 @@
-//! Noise of the channels, learned from what the fit leaves.
+//! Noise of the channels, estimated from the residuals of the fit.
 
 use super::parameters::{PARAMETERS, values};
 use super::response::CHANNELS;
@@ -7,19 +7,19 @@ use super::segment::{LEAD_IN, Segment, Setting, residuals};
 /// Order of the autoregression that whitens the residuals.
 pub(super) const MEMORY: usize = 4;
 
-/// What is known of a channel's noise.
+/// Model of a channel's noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Noise {
     /// Coefficients of the autoregression.
     pub(super) memory: [f64; MEMORY],
-    /// Standard deviation of what is new in each tick; infinite for a channel that does not count.
+    /// Standard deviation of the innovation of each tick; infinite for an ignored channel.
     pub(super) deviation: f64,
 }
 
 /// Of each channel: sliding, stuck.
 pub(super) type Noises = [[Noise; CHANNELS]; 2];
 
-/// Autoregression and new noise of each channel from what the fit leaves (Yule and Walker).
+/// Autoregression and innovation of each channel from the residuals of the fit (Yule and Walker).
 pub(super) fn learn_noise(
     noises: &mut Noises,
     coordinates: &[f64; PARAMETERS],
@@ -31,12 +31,12 @@ pub(super) fn learn_noise(
     let mut products = [[[0.0; MEMORY + 1]; CHANNELS]; 2];
     let mut counts = [0.0; 2];
     for segment in segments {
-        let left = residuals(&values, segment, setting);
-        counts[usize::from(segment.is_stuck())] += (left.len() - LEAD_IN) as f64;
-        for k in LEAD_IN..left.len() {
+        let residual = residuals(&values, segment, setting);
+        counts[usize::from(segment.is_stuck())] += (residual.len() - LEAD_IN) as f64;
+        for k in LEAD_IN..residual.len() {
             for c in 0..CHANNELS {
                 for lag in 0..=MEMORY {
-                    products[usize::from(segment.is_stuck())][c][lag] += left[k][c] * left[k - lag][c];
+                    products[usize::from(segment.is_stuck())][c][lag] += residual[k][c] * residual[k - lag][c];
                 }
             }
         }
@@ -53,7 +53,7 @@ pub(super) fn learn_noise(
     }
 }
 
-/// Autoregression of an order from autocovariances, and the share of the variance that is new (Levinson and Durbin).
+/// Autoregression of an order from autocovariances, and the innovation's share of the variance (Levinson and Durbin).
 fn levinson(r: &[f64; MEMORY + 1], order: usize) -> ([f64; MEMORY], f64) {
     let mut a = [0.0; MEMORY];
     let mut share = 1.0;

@@ -1,10 +1,10 @@
-//! What is identified: names, units, and where the search starts.
+//! The identified numbers: names, units, and start values.
 
 use stickslip_core::scalar::{Dual, Scalar};
 
 use stickslip_base::preset::Model;
 
-/// How many numbers the fit seeks.
+/// Number of free parameters of the fit.
 pub(super) const PARAMETERS: usize = 25;
 
 /// Their order.
@@ -38,16 +38,16 @@ pub(super) enum Index {
     TachoCosine,
 }
 
-/// A number that is sought.
+/// A free parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FreeParameter {
     /// Key of the result.
     pub(super) key: &'static str,
-    /// Words.
+    /// Name in words.
     pub(super) words: &'static str,
     /// Unit as in a field.
     pub(super) unit: &'static str,
-    /// 0 for a positive number, which is sought by its logarithm; else the scale of one that may have either sign.
+    /// 0 for a positive number, searched by its logarithm; else the scale of a number of either sign.
     pub(super) scale: f64,
 }
 
@@ -82,7 +82,8 @@ pub(super) const SOUGHT: [FreeParameter; PARAMETERS] = [
     signed("ripple_sine", "ripple of friction over the turn, sine", "1", 0.01),
     positive("bristle_stiffness", "bristle stiffness σ₀", "N m/rad"),
     positive("bristle_damping", "bristle damping σ₁", "N m s/rad"),
-    // Brushes without bristles have none, towards which a logarithm goes; below 0 the motor would swing by itself.
+    // Positive, since a negative stiffness would let the motor swing by itself; 0 (no bristles) is the limit of the
+    // logarithm.
     positive("brush_stiffness", "bristle stiffness of the brushes", "N m/rad"),
     positive("brush_damping", "damping of the brushes at rest", "N m s/rad"),
     signed("tacho_sine", "ripple of the tacho, sine", "1", 0.01),
@@ -90,17 +91,17 @@ pub(super) const SOUGHT: [FreeParameter; PARAMETERS] = [
 ];
 
 impl Index {
-    /// What the data tell little of at first and nothing else hangs on: its steps are cut short alone.
+    /// Whether the data determine it poorly at first and no other parameter depends on it: its steps are limited alone.
     pub(super) fn is_loose(index: usize) -> bool {
         use Index::{AccelerometerDamping, AccelerometerFrequency, BristleDamping, BristleStiffness};
         use Index::{BrushDamping, BrushStiffness};
         let instrument = [AccelerometerDamping, AccelerometerFrequency];
         let bristles = [BristleDamping, BristleStiffness, BrushDamping, BrushStiffness];
-        instrument.iter().chain(&bristles).any(|known| *known as usize == index)
+        instrument.iter().chain(&bristles).any(|other| *other as usize == index)
     }
 }
 
-/// Where the search starts: the data sheet, and for what is in none, what is usual.
+/// Start values: the data sheet, and usual values for the numbers that it lacks.
 pub(super) fn start(model: &Model<f64>) -> [f64; PARAMETERS] {
     let scaling = &model.scaling;
     let lag = model.drive_lag.max(1e-4);
@@ -135,8 +136,8 @@ pub(super) fn start(model: &Model<f64>) -> [f64; PARAMETERS] {
 
 /// From coordinates of the search to values.
 ///
-/// What the data know best, sums of inertias and the resonance, are coordinates of their own: in the inertias themselves
-/// the way to the minimum would be a narrow bend.
+/// Sums of inertias and the resonance, which the data determine best, are coordinates of their own: in the inertias
+/// themselves the way to the minimum would be a narrow bend.
 pub(super) fn values<T: Scalar>(coordinates: &[T; PARAMETERS]) -> [T; PARAMETERS] {
     let mut values: [T; PARAMETERS] = std::array::from_fn(|i| match SOUGHT[i].scale {
         0.0 => coordinates[i].exp(),

@@ -1,4 +1,4 @@
-//! The runs that the fit reads: both motors excited while the axis turns fast, and a load at rest that is shaken.
+//! The runs for the fit: both motors excited while the axis turns fast, and the load shaken at rest.
 
 use std::f64::consts::TAU;
 
@@ -13,16 +13,16 @@ use stickslip_bench::{Bench, Command, Frame, SpeedRamp};
 /// Plan of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CalibrationPlan<T> {
-    /// Mean speed of the fast runs over the Stribeck velocity that is believed.
+    /// Mean speed of the fast runs over the Stribeck velocity of the model.
     #[field(symbol = "Ω/Ω_Strib", unit = "1", range = 3.0..=100.0, default = 14.0)]
     pub speed_ratio: T,
-    /// Time of each fast run, one a direction.
+    /// Duration of each fast run; one run in each direction.
     #[field(symbol = "T", unit = "s", range = 1.0..=60.0, default = 5.0)]
     pub duration: T,
-    /// Share by which the set speed rises and falls.
+    /// Relative amplitude of the set speed.
     #[field(symbol = "ΔΩ/Ω", unit = "1", range = 0.0..=0.5, default = 0.15)]
     pub swing: T,
-    /// Acceleration of the screw that each motor's excitation has, RMS.
+    /// RMS acceleration of the screw by the excitation of each motor.
     #[field(symbol = "Ω̇_rms", unit = "rad/s^2", range = 1.0..=1e4, default = 80.0)]
     pub acceleration: T,
     /// Lowest frequency of the excitation.
@@ -34,19 +34,19 @@ pub struct CalibrationPlan<T> {
     /// Time for which the load is shaken at rest.
     #[field(symbol = "T_0", unit = "s", range = 0.5..=60.0, default = 4.0)]
     pub rest_duration: T,
-    /// Torque of it over the breakaway torque that is measured, RMS.
+    /// RMS torque of the excitation at rest over the measured breakaway torque.
     #[field(symbol = "M/M_S", unit = "1", range = 1e-3..=0.3, default = 0.15)]
     pub rest_share: T,
-    /// Length of the pieces that the records are cut into.
+    /// Length of the segments of a record.
     #[field(symbol = "T_s", unit = "s", range = 0.05..=10.0, default = 0.25)]
     pub segment: T,
 }
 
 /// Lines of a multisine.
 const LINES: usize = 48;
-/// How fast the speed changes between the runs [rad/s²].
+/// Acceleration between the runs [rad/s²].
 const TRAVEL: f64 = 200.0;
-/// Frequencies between which the load is shaken at rest [Hz]: about that of its mass on its bristles.
+/// Frequencies between which the load is shaken at rest [Hz]: around the resonance of its mass on its bristles.
 const REST_BAND: [f64; 2] = [20.0, 350.0];
 /// Time at speed before the excitation begins [s].
 const SETTLING: f64 = 0.1;
@@ -69,7 +69,7 @@ impl Multisine {
         let lines = (0..LINES)
             .map(|n| {
                 let n = n as f64 + shift;
-                // The golden section's multiples spread phases evenly.
+                // Multiples of the golden section spread the phases evenly.
                 [lowest * libm::exp(ratio * n), TAU * ((n * n * 0.618_033_988_749_895) % 1.0)]
             })
             .collect();
@@ -88,7 +88,7 @@ impl CalibrationPlan<f64> {
         (self.speed_ratio * stribeck_velocity).clamp(SPEEDS[0], SPEEDS[1])
     }
 
-    /// Bench time of both fast runs and the ways between [s].
+    /// Bench time of both fast runs and the ways between them [s].
     pub(super) fn turning_time(&self, stribeck_velocity: f64) -> f64 {
         let speed = self.speed(stribeck_velocity);
         // Half a run's way out and half a run's way back, two runs, and a ramp up and down for each.
@@ -101,7 +101,7 @@ impl CalibrationPlan<f64> {
     }
 }
 
-/// Collects frames as samples: what a frame wrote acts from the next one on.
+/// Collects frames as samples: the output of a frame acts from the next one on.
 struct Recorder {
     samples: Vec<Sample>,
     before: Option<[f64; 2]>,
@@ -134,7 +134,7 @@ impl Recorder {
         self.before = Some([frame.signals.servo_voltage, frame.signals.amplifier_voltage]);
     }
 
-    /// Cut into pieces of so many samples; angles count from the begin of each.
+    /// The record in segments of `length` samples; angles count from the start of each.
     fn cut(self, length: usize, regime: Regime, velocity: f64) -> Vec<Segment> {
         let pieces = self.samples.chunks_exact(length);
         pieces
@@ -215,7 +215,7 @@ pub(super) fn resting(
     let dt = bench.settings().tick_time();
     let rms = plan.rest_share * breakaway_torque;
     let load = Multisine::new(rms, REST_BAND[0], REST_BAND[1], true);
-    // Without torque the bristles unbend; then the load is where they push nowhere.
+    // Without torque the bristles unbend; then the load is where their torque is zero.
     for _ in 0..(REST / dt) as u64 {
         bench.hand_over(Command::default())?;
     }
@@ -242,7 +242,7 @@ fn under_control(setpoint: Setpoint<f64>) -> Command {
     Command { setpoint, control: true, ..Command::default() }
 }
 
-/// Goes to an angle [rad] at up to a speed [rad/s], and rests.
+/// Goes to an angle [rad] at up to a speed [rad/s], and stops there.
 fn travel(bench: &mut dyn Bench, traveller: &mut SpeedRamp, to: f64, speed: f64, watch: &Watch) -> Result<(), Error> {
     let sign = if to < traveller.setpoint.position { -1.0 } else { 1.0 };
     while sign * (to - traveller.setpoint.position) > sign * traveller.way_to(0.0) {

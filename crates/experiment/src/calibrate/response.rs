@@ -1,4 +1,4 @@
-//! What the instruments show while nothing sticks and slips: the drive as a linear system.
+//! The drive as a linear system, valid while nothing changes between stick and slip.
 //!
 //! At speeds far above the Stribeck velocity friction is a level and a slope; at rest, under torques far below breakaway,
 //! it is the spring and damper of its bristles. In both the two-mass drive, its motors and its instruments are linear,
@@ -9,8 +9,8 @@
 //! τ_T·ẇ = Ω_M − w                                       ȧ = ω·r,   ṙ = ω·(Ω̇ − a − 2ζ·r)
 //! ```
 //!
-//! with w what the tacho and a what the accelerometer has of the motion, and flow exactly over a tick in which the
-//! converters hold their voltage.
+//! with w the velocity in the tacho and a the acceleration in the accelerometer, and flow exactly over a tick in which
+//! the converters hold their voltage.
 
 use stickslip_core::drive::flow;
 use stickslip_core::scalar::Scalar;
@@ -19,14 +19,14 @@ use super::parameters::{Index, PARAMETERS};
 
 /// Twist, velocity of the motor, velocity, current, motor torque, angle, tacho, accelerometer and its rate.
 pub(super) const STATES: usize = 9;
-/// Place of the load's velocity among them.
+/// Index of the load's velocity among them.
 pub(super) const LOAD_VELOCITY: usize = 2;
 /// Servo voltage, winding voltage, resistance on the motor, on the load.
 const INPUTS: usize = 4;
-/// What is measured: angle [rad], tacho [V], accelerometer [V], current [A].
+/// Measured channels: angle [rad], tacho [V], accelerometer [V], current [A].
 pub(super) const CHANNELS: usize = 4;
 
-/// How the contacts behave.
+/// State of the contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Regime {
     /// All slide fast: the motor's own friction has this level [N m] and slope [N m s/rad].
@@ -46,7 +46,7 @@ pub(super) struct Response<T> {
     columns: [[T; STATES]; STATES + INPUTS],
 }
 
-/// What acts on it over a tick.
+/// Inputs over a tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Acting<T> {
     /// At the servo amplifier [V].
@@ -66,7 +66,7 @@ impl<T: Scalar> Response<T> {
         let get = |index: Index| p[index as usize];
         let (zero, one) = (T::of(0.0), T::of(1.0));
         let (c, d) = (get(Index::CouplingStiffness), get(Index::CouplingDamping));
-        // Stiffness and damping that each mass feels against the frame.
+        // Stiffness and damping of each mass against the frame.
         let [motor, load] = match regime {
             Regime::Sliding { slope, .. } => [[zero, T::of(slope)], [zero, get(Index::SlidingSlope)]],
             Regime::Stuck => [
@@ -108,7 +108,7 @@ impl<T: Scalar> Response<T> {
         Response { columns }
     }
 
-    /// A tick on.
+    /// One tick.
     #[inline(always)]
     pub(super) fn step(&self, state: &mut [T; STATES], acting: Acting<T>) {
         let Acting { servo_voltage, winding_voltage, motor_resistance, load_resistance } = acting;

@@ -1,4 +1,4 @@
-//! Pieces of the records, and what the model predicts over one of them.
+//! Segments of the records, and the prediction of the model over one of them.
 
 use stickslip_core::friction::Stribeck;
 use stickslip_core::scalar::Scalar;
@@ -7,15 +7,15 @@ use super::parameters::{Index, PARAMETERS};
 use super::response::{Acting, CHANNELS, Regime, Response, STATES};
 use super::tacho_ripple::TachoRipple;
 
-/// What each segment has of its own: twist, both velocities and angle at its begin, friction level.
+/// Own numbers of each segment: twist, both velocities and angle at its start, friction level.
 pub(super) const OWN: usize = 5;
-/// Place of the friction level among them.
+/// Index of the friction level among them.
 pub(super) const LEVEL: usize = 4;
-/// Ticks at the begin of a segment that do not count: in them forgets what has no number of its own (motor torque,
-/// current, instruments), whose time constants are a millisecond at most.
+/// Ticks at the start of a segment that do not count: the states without an own number (motor torque, current,
+/// instruments) settle in them; their time constants are a millisecond at most.
 pub(super) const LEAD_IN: usize = 40;
 
-/// What was measured at a tick, and what acted from then on until the next.
+/// Measured values at a tick, and the voltages from then until the next tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
     /// At the servo amplifier [V].
@@ -24,14 +24,14 @@ pub(super) struct Sample {
     pub(super) winding_voltage: f64,
     /// Of the screw, from its zero [rad].
     pub(super) angle: f64,
-    /// Angle [rad] since the begin of the segment, tacho [V], accelerometer [V], current [A].
+    /// Angle [rad] since the start of the segment, tacho [V], accelerometer [V], current [A].
     pub(super) measured: [f64; CHANNELS],
 }
 
-/// A piece of a record over which the model is believed without a disturbance.
+/// A piece of a record over which the model is assumed to be free of disturbances.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Segment {
-    /// How the contacts behave.
+    /// State of the contacts.
     pub(super) regime: Regime,
     /// One a tick.
     pub(super) samples: Vec<Sample>,
@@ -40,14 +40,14 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// At this speed [rad/s] by the set-point.
+    /// A segment at this speed of the set-point [rad/s].
     pub(super) fn new(regime: Regime, samples: Vec<Sample>, velocity: f64) -> Self {
         let mut own = [0.0; OWN];
         (own[1], own[2]) = (velocity, velocity);
         Segment { regime, samples, own }
     }
 
-    /// Level of the load's friction that the fit found [N m].
+    /// Level of the load's friction by the fit [N m].
     pub(super) fn friction_level(&self) -> f64 {
         self.own[LEVEL]
     }
@@ -58,7 +58,7 @@ impl Segment {
     }
 }
 
-/// What is fixed for all segments.
+/// Settings common to all segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Setting {
     /// Time of a tick [s].
@@ -67,7 +67,7 @@ pub(super) struct Setting {
     pub(super) carriage_ratio: f64,
     /// Periods of the tacho's ripple in a revolution; 0 for none.
     pub(super) ripple_order: usize,
-    /// Friction at constant speed, of which the little that is left of the Stribeck drop counts.
+    /// Friction at constant speed; only the rest of its Stribeck drop has an effect.
     pub(super) rubbed: Stribeck<f64>,
 }
 
@@ -97,7 +97,7 @@ pub(super) fn predict<T: Scalar>(
         let (mut motor_resistance, mut load_resistance) = (none, none);
         if let Regime::Sliding { level, .. } = segment.regime {
             motor_resistance = T::of(level);
-            // What depends on the angle is taken in the middle of the tick.
+            // Terms that depend on the angle are evaluated in the middle of the tick.
             let next = segment.samples.get(k + 1).map_or(sample.angle, |next| next.angle);
             let (sin, cos) = libm::sincos(0.5 * (sample.angle + next));
             let share = get(Index::RippleCosine) * T::of(cos) + get(Index::RippleSine) * T::of(sin);

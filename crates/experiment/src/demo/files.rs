@@ -60,7 +60,7 @@ impl Demo {
             .heading("Own friction")
             .paragraph(format!(
                 "Measured at {} speeds in each direction, {} of bench time. The true values are those of the virtual \
-                 machine; the measurement does not know them.",
+                 machine; the measurement does not use them.",
                 self.plan.speeds().count(),
                 Estimate::new(self.own.curve.duration, "s"),
             ))
@@ -73,8 +73,8 @@ impl Demo {
             .section(rendered)
             .section(load_torque)
             .section(sweep);
-        let mut dropped = Table::new(["measurement", "velocity, rad/s", "why it does not count"])
-            .caption("Plateaus that are left out of fits and errors.");
+        let mut dropped =
+            Table::new(["measurement", "velocity, rad/s", "reason"]).caption("Plateaus excluded from fits and errors.");
         let mut any = false;
         for (name, curve) in self.curves() {
             for plateau in curve.dropped() {
@@ -84,7 +84,7 @@ impl Demo {
             }
         }
         if any {
-            report = report.heading("Plateaus that do not count").table(dropped);
+            report = report.heading("Excluded plateaus").table(dropped);
         }
         report
     }
@@ -98,10 +98,10 @@ impl Demo {
         ]
     }
 
-    /// Measured beside true parameters.
+    /// Measured and true parameters.
     fn comparison(&self) -> Table {
         let mut table = Table::new(["parameter", "measured", "true"])
-            .caption("Own friction at the preload in force, as measured with 95\u{a0}% intervals, and as it is.");
+            .caption("Own friction at the active preload: measured, with 95\u{a0}% intervals, and true.");
         for (k, (_, name, unit)) in PARAMETERS.iter().enumerate() {
             table = table.row([
                 Cell::Text((*name).into()),

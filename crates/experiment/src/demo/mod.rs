@@ -1,7 +1,7 @@
 //! The paper's chapter 5 on the virtual bench: measure, fit, design, render, measure again.
 //!
-//! Nothing is given to the software but what `[model]` and `[bench]` say; what the machine truly is stands beside the
-//! results, computed by [`truth`], and is used for nothing else.
+//! The software gets `[model]` and `[bench]` alone. The true values of the machine are shown next to the results,
+//! computed by [`true_friction`](crate::true_friction), and are not used elsewhere.
 
 mod figures;
 mod files;
@@ -16,10 +16,10 @@ use stickslip_bench::tap::Tap;
 use stickslip_bench::{Bench, VirtualBench};
 use stickslip_fit::StribeckFit;
 
-/// Everything that came out of the demonstration.
+/// Results of the demonstration.
 #[derive(Clone, Debug)]
 pub struct Demo {
-    /// What it was run with.
+    /// Its preset.
     pub preset: Preset<f64>,
     /// Seed of the noise.
     pub seed: u64,
@@ -35,13 +35,13 @@ pub struct Demo {
     pub own: Measured,
     /// The law, and curve 3 as measured under it.
     pub rendering: Rendering,
-    /// What the own friction truly is.
+    /// The true own friction.
     pub truth: StribeckFit,
     /// RMS distance of the true own friction from its best Stribeck curve at the plan's speeds [N m].
     pub truth_residual: f64,
     /// Bench time [s].
     pub bench_time: f64,
-    /// Time that it took [s].
+    /// Computing time [s].
     pub wall_time: f64,
 }
 
@@ -55,12 +55,12 @@ pub struct Measured {
 }
 
 impl Demo {
-    /// Runs it; who taps it gets every cycle.
+    /// Runs it; `tap` gets every cycle.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; [`Error::BenchFault`]; whatever a fit refuses.
+    /// [`Error::Cancelled`]; [`Error::BenchFault`]; errors of the fits.
     pub fn run(preset: &Preset<f64>, seed: u64, tap: Option<Tap>, watch: &Watch) -> Result<Self, Error> {
-        let begin = Instant::now();
+        let start = Instant::now();
         let plan = FrictionPlan::quick();
         let mut bench = VirtualBench::new(preset, seed)?;
         tap.into_iter().for_each(|tap| bench.tap(tap));
@@ -76,7 +76,7 @@ impl Demo {
         let rendering = render(&plan, &desired, &mut bench, watch)?;
         watch.check()?;
 
-        let truth = true_friction::own_curve(bench.truth(), &plan)?;
+        let truth = true_friction::own_curve(bench.true_plant(), &plan)?;
         Ok(Demo {
             preset: *preset,
             seed,
@@ -85,11 +85,11 @@ impl Demo {
             pressed,
             preload,
             own,
-            truth_residual: true_friction::distance(bench.truth(), &truth.curve(), &plan),
+            truth_residual: true_friction::distance(bench.true_plant(), &truth.curve(), &plan),
             truth,
             bench_time: rendering.sweep.last().map_or(0.0, |frame| frame.cycle as f64 * preset.bench.tick_time()),
             rendering,
-            wall_time: begin.elapsed().as_secs_f64(),
+            wall_time: start.elapsed().as_secs_f64(),
         })
     }
 }

@@ -1,7 +1,7 @@
-//! The friction library: friction that was identified on real machines, by name.
+//! The friction library: friction identified on real machines, by name.
 //!
-//! An entry is a file of `data/friction`, or one of the same form: what it is and where it comes from under `[about]`,
-//! then parameters as in any other file. All of it is rotary; what moves in a line is referred to its motor's shaft.
+//! An entry is a file of `data/friction`, or another file of this form: title and source under `[about]`, then
+//! parameters as in any other file. All friction is rotary; that of linear axes is referred to the motor's shaft.
 
 mod report;
 #[cfg(test)]
@@ -20,7 +20,7 @@ use stickslip_core::scalar::Scalar;
 use stickslip_base::parameters::{self, describe};
 use stickslip_base::{Error, Preset};
 
-/// Entries that the program brings along: name and text.
+/// Built-in entries: name and text.
 const ENTRIES: &[(&str, &str)] = &[
     ("emps", include_str!("../../../../data/friction/emps.toml")),
     ("dc-servo", include_str!("../../../../data/friction/dc-servo.toml")),
@@ -31,23 +31,23 @@ const ENTRIES: &[(&str, &str)] = &[
     ("geared-servo", include_str!("../../../../data/friction/geared-servo.toml")),
 ];
 
-/// The part of a file that is about it, and no parameter.
+/// Section of a file that describes it; the others have parameters.
 const ABOUT: &str = "about";
 
-/// Where an entry comes from.
+/// Origin of an entry.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct About {
-    /// What it is, in a line.
+    /// Title, one line.
     pub title: String,
-    /// Who measured and identified it, and how.
+    /// Authors and method of measurement and identification.
     pub source: String,
-    /// On what terms it may be used.
+    /// Licence.
     pub licence: String,
-    /// What it does not tell.
+    /// Missing information.
     #[serde(default)]
     pub lacks: Vec<String>,
-    /// Standard deviations by the paths of parameters, in their units; those that the source tells.
+    /// Standard deviations stated by the source, by parameter path, in the parameter's unit.
     #[serde(default)]
     pub deviations: BTreeMap<String, f64>,
 }
@@ -55,39 +55,39 @@ pub struct About {
 /// The numbers of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Identified<T> {
-    /// Where it was identified.
+    /// Range of the identification.
     pub range: IdentifiedRange<T>,
     /// The friction.
     pub friction: Friction<T>,
 }
 
-/// Where a friction was identified. What is 0 is not known.
+/// Range of an identification; 0 for unknown values.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = IdentifiedRange::law)]
 pub struct IdentifiedRange<T> {
-    /// Inertia that the friction was identified with.
+    /// Inertia of the axis on which the friction was identified.
     #[field(symbol = "J", unit = "kg m^2", range = 0.0..=1e4)]
     pub inertia: T,
-    /// Lowest speed at which something was measured.
+    /// Lowest measured speed.
     #[field(unit = "rad/s", range = 0.0..=1e4)]
     pub slowest: T,
-    /// Highest.
+    /// Highest measured speed.
     #[field(unit = "rad/s", range = 0.0..=1e4)]
     pub fastest: T,
 }
 
 impl<T: Scalar> IdentifiedRange<T> {
     fn law(&self) -> [Relation<T>; 1] {
-        [at_most("slowest", self.slowest, self.fastest, "The lowest speed is above the highest: exchange them.")]
+        [at_most("slowest", self.slowest, self.fastest, "The lowest speed is above the highest: swap them.")]
     }
 }
 
-/// Friction that was identified on a real machine.
+/// Friction identified on a real machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// Its name, or the file that it comes from.
+    /// Its name or file.
     pub name: String,
-    /// Where it comes from.
+    /// Its origin.
     pub about: About,
     /// Its numbers.
     pub identified: Identified<f64>,
@@ -98,17 +98,21 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     ENTRIES.iter().map(|(name, _)| *name)
 }
 
-/// The entry of that name, or else the file at that path.
+/// The entry of this name, or the file at this path.
 ///
 /// # Errors
-/// [`Error::NothingToCompare`] with those that there are; what is wrong with a file.
+/// [`Error::NothingToCompare`] with the names of all entries; errors of a file.
 pub fn find(name_or_path: &str) -> Result<Entry, Error> {
     if let Some((name, text)) = ENTRIES.iter().find(|(name, _)| *name == name_or_path) {
         return read(name, text, &format!("data/friction/{name}.toml"));
     }
     if !name_or_path.ends_with(".toml") {
-        let known = names().collect();
-        return Err(Error::NothingToCompare { what: "friction of the library", name: name_or_path.into(), known });
+        let names = names().collect();
+        return Err(Error::NothingToCompare {
+            what: "friction of the library",
+            name: name_or_path.into(),
+            known: names,
+        });
     }
     let path = Path::new(name_or_path);
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
@@ -122,12 +126,14 @@ fn read(name: &str, text: &str, file: &str) -> Result<Entry, Error> {
     }
     let broken = |problem: String| ExperimentError::Library { file: file.into(), problem };
     let Described { about } = toml::from_str(text).map_err(|error| broken(error.to_string().trim().into()))?;
-    // A path is worth its deviation only where the friction has it.
+    // A deviation requires a parameter of this path.
     for path in about.deviations.keys() {
         describe::<Identified<f64>>(path)?;
     }
     if let Some((path, deviation)) = about.deviations.iter().find(|(_, it)| !(it.is_finite() && **it >= 0.0)) {
-        return Err(broken(format!("the deviation of {path} is {deviation}: write a number of at least 0")).into());
+        return Err(
+            broken(format!("the deviation of {path} is {deviation}; a number of at least 0 is required")).into()
+        );
     }
     let identified = parameters::read(&without_about(text), file)?;
     Ok(Entry { name: name.into(), about, identified })
@@ -147,24 +153,24 @@ fn without_about(text: &str) -> String {
 }
 
 impl Entry {
-    /// What no friction of this kind represents.
+    /// Limits of this kind of friction.
     pub fn limits(&self) -> Vec<&'static str> {
         let mut limits = match self.identified.friction.model {
             Model::Nothing => vec!["No friction."],
             Model::Static(_) => {
-                vec!["No presliding: at rest the load is rigid, and a reversal is a jump of the torque."]
+                vec!["No presliding: at rest the load is rigid, and the torque jumps at a reversal."]
             }
             Model::Dahl(_) => vec![
-                "No Stribeck drop: nothing hunts or slips by it.",
+                "No Stribeck drop: it causes neither hunting nor stick-slip.",
                 "Drifts under a vibrating load below breakaway.",
             ],
             Model::Lugre(_) => {
-                vec!["Drifts under a vibrating load below breakaway: take elasto-plastic bristles there."]
+                vec!["Drifts under a vibrating load below breakaway: use elasto-plastic bristles instead."]
             }
             Model::ElastoPlastic(_) => vec![],
             Model::MaxwellSlip(_) => vec![
-                "No damping but the viscous within the elastic zone of its stiffest element.",
-                "The software believes in one elasto-plastic bristle of the same stiffness: it does not remember several \
+                "Viscous damping only within the elastic zone of its stiffest element.",
+                "The controller's model has one elasto-plastic bristle of the same stiffness: it does not remember several \
                  reversals.",
             ],
         };
@@ -180,9 +186,8 @@ impl Entry {
         limits
     }
 
-    /// The step [s] that follows the bristles at rest on the inertia it was identified with: a tenth of the largest that is
-    /// stable, at which the period of their vibration is off by 0.2 %. `None` without bristles, or where the inertia is
-    /// not known.
+    /// The step [s] that follows the bristles at rest on the inertia of the identification: a tenth of the largest
+    /// stable step; the period of their vibration is off by 0.2 %. `None` without bristles or with unknown inertia.
     pub fn recommended_step(&self) -> Option<f64> {
         let Identified { friction, range } = &self.identified;
         let (stiffness, damping) = friction.stiffest();
@@ -196,7 +201,7 @@ impl Entry {
     /// The same motion on a machine of another size: all torques and the inertia multiplied.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        /// Multiplies what is a torque.
+        /// Multiplies torques.
         struct Scale(f64);
         impl Walk<f64> for Scale {
             fn number(&mut self, field: &'static Field, value: &mut f64) {
@@ -219,7 +224,7 @@ impl Entry {
         scaled
     }
 
-    /// The curve that it slides on; `None` without friction.
+    /// Its sliding curve; `None` without friction.
     pub fn sliding(&self) -> Option<Stribeck<f64>> {
         match self.identified.friction.model {
             Model::Nothing => None,
@@ -234,28 +239,28 @@ impl Entry {
         }
     }
 
-    /// A bench of which this is the friction in a role. A bench renders, and believes in, one curve for both directions
-    /// on elasto-plastic bristles; where the entry has none of its own, those of the bench stay. A Maxwell slip is believed as one
+    /// A bench with this friction in a role. The bench renders and models one curve for both directions on
+    /// elasto-plastic bristles; an entry without bristles keeps those of the bench. A Maxwell slip is modelled as one
     /// bristle with the slope of its reversals.
     ///
     /// # Errors
-    /// [`Error::Parameters`] with what such a bench could not have; [`ExperimentError::NotAsDesired`] for a friction that the
-    /// load motor cannot render: a Maxwell slip, or one that depends on time at rest or temperature.
+    /// [`Error::Parameters`] with the values that the bench does not accept; [`ExperimentError::NotAsDesired`] for a
+    /// friction that the load motor cannot render: a Maxwell slip, or one that depends on time at rest or temperature.
     pub fn on(&self, preset: &Preset<f64>, role: Role) -> Result<Preset<f64>, Error> {
         let mut preset = *preset;
         let friction = self.identified.friction;
         let sliding = self.sliding().unwrap_or_default();
-        let bristles = |kept: Bristles<f64>| match friction.model {
-            Model::Nothing | Model::Static(_) => kept,
-            Model::Dahl(model) => Bristles { stiffness: model.bristle_stiffness, damping: 0.0, ..kept },
+        let bristles = |bench: Bristles<f64>| match friction.model {
+            Model::Nothing | Model::Static(_) => bench,
+            Model::Dahl(model) => Bristles { stiffness: model.bristle_stiffness, damping: 0.0, ..bench },
             Model::Lugre(lugre) => Bristles {
-                elastic_fraction: kept.elastic_fraction,
+                elastic_fraction: bench.elastic_fraction,
                 ..ElastoPlastic { lugre, ..Default::default() }.into()
             },
             Model::ElastoPlastic(model) => model.into(),
-            Model::MaxwellSlip(model) => Bristles { stiffness: model.stiffness(), damping: 0.0, ..kept },
+            Model::MaxwellSlip(model) => Bristles { stiffness: model.stiffness(), damping: 0.0, ..bench },
         };
-        let believed = &mut preset.model;
+        let model = &mut preset.model;
         match role {
             Role::Desired => {
                 self.check_renderable()?;
@@ -263,48 +268,45 @@ impl Entry {
                 preset.bench.desired = sliding;
             }
             Role::Own => {
-                believed.own_bristles = bristles(believed.own_bristles);
-                believed.own = sliding;
+                model.own_bristles = bristles(model.own_bristles);
+                model.own = sliding;
                 preset.plant.screw_friction = friction;
                 preset.plant.wheel.preload = 0.0;
             }
         }
-        // What a file could not say is none.
+        // Values that a file cannot have are errors.
         parameters::check(&preset, &self.name)?;
         Ok(preset)
     }
 }
 
 impl Entry {
-    /// `Err` if it is no friction of one bristle on one curve, which is all that is rendered.
+    /// `Err` unless it is one bristle on one curve; the load motor renders nothing else.
     fn check_renderable(&self) -> Result<(), Error> {
         let Friction { model, rest, temperature, .. } = &self.identified.friction;
         let refused =
             |reason, remedy| Err(ExperimentError::NotAsDesired { name: self.name.clone(), reason, remedy }.into());
         if let Model::MaxwellSlip(_) = model {
             let reason =
-                "the load motor renders one bristle, a Maxwell slip has four elements that remember every reversal";
+                "the load motor renders one bristle, but a Maxwell slip has four elements that remember every reversal";
             return refused(
                 reason,
-                "Take it as own friction (--as own), or an elasto-plastic friction as the desired one.",
+                "Use it as own friction (--as own), or an elasto-plastic friction as the desired one.",
             );
         }
         if !matches!((rest, temperature), (Rest::Constant, Temperature::Constant)) {
-            let reason = "the load motor renders no friction that depends on the time at rest or on the temperature";
-            return refused(
-                reason,
-                "Take it as own friction (--as own), or leave out its tables rest and temperature.",
-            );
+            let reason = "the load motor cannot render a dependence on the time at rest or on the temperature";
+            return refused(reason, "Use it as own friction (--as own), or leave out its tables rest and temperature.");
         }
         Ok(())
     }
 }
 
-/// What a friction of the library is to be on a bench.
+/// Role of a library friction on a bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// The friction that the load motor shall render.
     Desired,
-    /// That of the machine itself, true and believed; the wheel is lifted off.
+    /// The own friction of the machine and of its model; the wheel is lifted off.
     Own,
 }

@@ -1,4 +1,4 @@
-//! What an entry of the library looks like.
+//! Figures and report of an entry of the library.
 
 use std::path::Path;
 
@@ -14,12 +14,12 @@ use stickslip_base::quantity::{Estimate, NORMAL95, tied};
 use stickslip_base::report::{Cell, Provenance, Report, Table};
 use stickslip_base::{Error, Summary, output};
 
-/// How far a curve is drawn where no speed was stated, in Stribeck velocities.
+/// Range of a curve without a stated speed, in Stribeck velocities.
 const SETTLED: f64 = 20.0;
 /// Way of a presliding loop, in deflections at breakaway.
 const WAY: f64 = 1.5;
 
-/// Adds to one number.
+/// Adds an amount to one number.
 struct Nudge {
     index: usize,
     by: f64,
@@ -35,8 +35,8 @@ impl Walk<f64> for Nudge {
 }
 
 impl Entry {
-    /// Friction torque at a constant velocity [N m] and its standard deviation, as far as the source tells the deviations
-    /// of the parameters; as if they were independent.
+    /// Friction torque at a constant velocity [N m] and its standard deviation by the deviations that the source states
+    /// for the parameters, taken as independent.
     pub fn torque(&self, velocity: f64) -> (f64, f64) {
         let at = |identified: &Identified<f64>| identified.friction.steady_torque(velocity, 0.0, 0.0);
         let middle = at(&self.identified);
@@ -50,12 +50,12 @@ impl Entry {
         (middle, libm::sqrt(squares.sum()))
     }
 
-    /// All numbers, with their 95 % intervals where the source tells deviations.
+    /// All numbers, with their 95 % intervals where the source states deviations.
     pub fn table(&self) -> Table {
         flatten(&self.identified).into_iter().fold(Table::new(["parameter", "value"]), |table, entry| {
             let value = match entry.value {
                 Value::Variant(name) => Cell::from(name),
-                Value::Number(0.0) if entry.path.starts_with("range.") => Cell::from("not known"),
+                Value::Number(0.0) if entry.path.starts_with("range.") => Cell::from("unknown"),
                 Value::Number(value) => {
                     let estimate = Estimate::new(value, entry.field.unit);
                     Cell::Estimate(match self.about.deviations.get(&entry.path) {
@@ -68,26 +68,26 @@ impl Entry {
         })
     }
 
-    /// What it cannot represent, and what its source does not tell; then the step that follows it.
+    /// Limits of the model, missing information of the source, and the recommended step.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks: Vec<String> = self.limits().into_iter().map(String::from).collect();
         remarks.extend(self.about.lacks.iter().cloned());
         let range = &self.identified.range;
         remarks.push(if range.fastest > 0.0 {
             let [slowest, fastest] = [range.slowest, range.fastest].map(|speed| tied(&Estimate::new(speed, "rad/s")));
-            format!("Identified from {slowest} to {fastest}; beyond that it is extrapolated.")
+            format!("Identified from {slowest} to {fastest}; extrapolated outside.")
         } else {
-            "The speeds at which it was identified are not known.".into()
+            "The speed range of the identification is unknown.".into()
         });
         if let Some(step) = self.recommended_step() {
             let step = tied(&Estimate::new(step, "s"));
             let inertia = tied(&Estimate::new(range.inertia, "kg m^2"));
-            remarks.push(format!("Recommended step on {inertia}: {step}, a tenth of the largest that is stable."));
+            remarks.push(format!("Recommended step on {inertia}: {step}, a tenth of the largest stable step."));
         }
         remarks
     }
 
-    /// All figures with the names of their files.
+    /// All figures with file name and caption.
     fn figures(&self) -> Vec<Captioned> {
         let Identified { friction: shown, range } = &self.identified;
         let stribeck = self.sliding().map_or(1.0, |sliding| sliding.stribeck_velocity);
@@ -102,21 +102,20 @@ impl Entry {
         }
         let sliding = sliding.series(Series::line(Role::Own, self.name.clone(), line));
         let caption = if self.about.deviations.is_empty() {
-            "What a measurement at constant speed sees. The source tells no uncertainty."
+            "Friction measured at constant speed. The source states no uncertainty."
         } else {
-            "What a measurement at constant speed sees. The band is of those parameters of which the source tells a standard \
-             deviation, as if they were independent."
+            "Friction measured at constant speed. The band contains the standard deviations that the source states, \
+             taken as independent."
         };
         let mut figures = vec![("curve.svg", sliding, caption.to_string())];
         if let Some(way) = breakaway_way(shown) {
             let felt = presliding(shown, WAY * way);
             let points = felt.angle.iter().zip(&felt.torque).map(|(angle, torque)| (1e3 * angle, *torque));
-            let loops = Figure::new("Slowly back and forth")
+            let loops = Figure::new("Presliding loop")
                 .x(Axis::new("angle φ", "mrad"))
                 .y(Axis::new("friction torque", "N m"))
                 .series(Series::line(Role::Own, self.name.clone(), points));
-            let caption =
-                "From rest to one and a half times the deflection at breakaway, back and forth: the bristles.";
+            let caption = "Slow motion from rest to 1.5 times the deflection at breakaway, back and forth.";
             figures.push(("presliding.svg", loops, caption.into()));
         }
         figures
@@ -131,7 +130,7 @@ impl Entry {
             .list(self.remarks());
         let report =
             self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption));
-        report.table(self.table().caption("All numbers, with 95 % intervals where the source tells a deviation."))
+        report.table(self.table().caption("All numbers, with 95 % intervals where the source states a deviation."))
     }
 
     /// The numbers, under their stable names.

@@ -2,12 +2,12 @@ use super::*;
 use stickslip_base::parameters::presets;
 
 #[test]
-fn every_entry_is_whole_says_where_it_comes_from_and_can_be_drawn() {
+fn every_entry_is_complete_with_its_source_and_can_be_drawn() {
     for name in names() {
         let entry = find(name).unwrap_or_else(|error| panic!("{name}: {error}"));
         let About { title, source, licence, .. } = &entry.about;
         assert!([title, source, licence].iter().all(|text| !text.is_empty()), "{name}");
-        // Its own numbers, not a default: sliding friction lies where a curve of it says.
+        // Its own numbers, not a default: sliding friction is on its curve.
         let sliding = entry.sliding().unwrap();
         assert_ne!(sliding, Stribeck::default(), "{name}");
         let (torque, deviation) = entry.torque(1.0);
@@ -16,14 +16,14 @@ fn every_entry_is_whole_says_where_it_comes_from_and_can_be_drawn() {
         let summary = entry.write(folder.path(), "stickslip friction").unwrap();
         assert!(folder.path().join("curve.svg").exists() && folder.path().join("report.html").exists(), "{name}");
         assert!(summary.to_json().contains("friction.kinetic_torque"), "{name}");
-        // A band is spoken of where there is one.
+        // The caption describes a band only where there is one.
         let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
-        assert_eq!(html.contains("The band is of"), !entry.about.deviations.is_empty(), "{name}");
+        assert_eq!(html.contains("The band contains"), !entry.about.deviations.is_empty(), "{name}");
     }
 }
 
 #[test]
-fn deviations_of_the_parameters_become_one_of_the_torque() {
+fn deviations_of_the_parameters_add_up_to_that_of_the_torque() {
     // Far above the Stribeck velocity M = M_K + b·Ω: 12.56 + 3.35, with 0.36 and 0.45.
     let entry = find("robot-joint-1").unwrap();
     let (torque, deviation) = entry.torque(1.0);
@@ -49,8 +49,8 @@ fn a_scaled_friction_is_the_same_at_the_same_speeds() {
     }
 }
 
-/// A mass on bristles that have not let go swings with ω = √(σ₀/J): at the recommended step the period is right to 0.2 %,
-/// and it is stable only below ten times that.
+/// A mass on bristles that stick swings with ω = √(σ₀/J): at the recommended step the period is right to 0.2 %, and it
+/// is stable only below ten times that step.
 #[test]
 fn the_recommended_step_follows_the_bristles() {
     let mut entry = find("dc-servo").unwrap();
@@ -67,7 +67,7 @@ fn the_recommended_step_follows_the_bristles() {
 }
 
 #[test]
-fn on_a_bench_it_is_what_is_rendered_or_what_the_machine_has() {
+fn on_a_bench_it_is_the_desired_or_the_own_friction() {
     let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let entry = find("dc-servo").unwrap();
     let desired = entry.on(&preset, Role::Desired).unwrap();
@@ -77,12 +77,12 @@ fn on_a_bench_it_is_what_is_rendered_or_what_the_machine_has() {
     let own = entry.on(&preset, Role::Own).unwrap();
     assert_eq!(own.plant.screw_friction, entry.identified.friction);
     assert_eq!((own.model.own, own.plant.wheel.preload), (entry.sliding().unwrap(), 0.0));
-    // What no file could say: torques beyond all ranges.
+    // Torques beyond all ranges.
     let refused = entry.scaled(1e6).on(&preset, Role::Desired).unwrap_err().to_string();
     assert!(refused.contains("breakaway_torque"), "{refused}");
 }
 
-/// A friction file with a Maxwell slip, which may age and be warm.
+/// A friction file with a Maxwell slip, with further tables.
 fn maxwell_slip(more: &str) -> Entry {
     let text = format!(
         "[about]\ntitle = \"A slide\"\nsource = \"a test\"\nlicence = \"none\"\n\n[range]\ninertia = 1e-3\n\n\
@@ -92,10 +92,10 @@ fn maxwell_slip(more: &str) -> Entry {
 }
 
 #[test]
-fn a_maxwell_slip_is_read_drawn_and_taken_by_a_machine_but_not_rendered() {
+fn a_maxwell_slip_is_accepted_as_own_but_not_as_desired_friction() {
     let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let entry = maxwell_slip("");
-    let Model::MaxwellSlip(model) = entry.identified.friction.model else { panic!("another model was read") };
+    let Model::MaxwellSlip(model) = entry.identified.friction.model else { panic!("unexpected model") };
     assert_eq!((model.first_share, model.first_stiffness, model.fourth_stiffness), (0.1, 400.0, 20.0));
     let limits = entry.limits().join(" ");
     assert!(!limits.contains("do not close") && limits.contains("temperature"), "{limits}");
@@ -112,7 +112,7 @@ fn a_maxwell_slip_is_read_drawn_and_taken_by_a_machine_but_not_rendered() {
 }
 
 #[test]
-fn a_friction_that_ages_or_is_warm_is_not_rendered_either() {
+fn a_friction_with_rest_time_or_temperature_is_not_rendered() {
     let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let tables = ["[friction.rest]\nshape = \"rising\"\n", "[friction.temperature]\nshape = \"exponential\"\n"];
     for (table, effect) in tables.into_iter().zip(["Temperature has no effect.", "The time at rest has no effect."]) {
@@ -126,7 +126,7 @@ fn a_friction_that_ages_or_is_warm_is_not_rendered_either() {
 }
 
 #[test]
-fn what_is_wrong_with_a_file_is_told_at_its_line() {
+fn errors_of_a_file_state_its_line() {
     let text = ENTRIES.iter().find(|(name, _)| *name == "dc-servo").unwrap().1;
     let read = |text: &str| read("mine", text, "mine.toml").map(|_| ()).unwrap_err().to_string();
     let line = text.lines().position(|line| line.starts_with("bristle_stiffness")).unwrap() + 1;
@@ -142,7 +142,7 @@ fn what_is_wrong_with_a_file_is_told_at_its_line() {
 }
 
 #[test]
-fn an_unknown_name_is_told_with_those_that_there_are() {
+fn an_unknown_name_gives_a_list_of_all_names() {
     let unknown = find("ems").unwrap_err().to_string();
     assert!(unknown.contains("ems") && unknown.contains("emps"), "{unknown}");
     assert!(matches!(find("nowhere.toml"), Err(Error::File { .. })));

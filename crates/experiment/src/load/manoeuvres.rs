@@ -1,4 +1,4 @@
-//! Manoeuvres that a loaded controller follows, and the preset's own behind it.
+//! Manoeuvres with the loaded controller and with the preset's controller.
 
 use stickslip_core::control::reference::Generator;
 
@@ -9,19 +9,19 @@ use stickslip_base::{Error, Preset, Summary, Watch};
 use stickslip_bench::{Bench, Command, Frame};
 use stickslip_simulate::manoeuvre::Manoeuvre;
 
-/// What is followed, in this order.
+/// The manoeuvres, in this order.
 const MANOEUVRES: [Manoeuvre; 4] =
     [Manoeuvre::SlowSine, Manoeuvre::FastSine, Manoeuvre::PointToPoint, Manoeuvre::Reversal];
-/// What the table of deviations has.
+/// Caption of the table of deviations.
 const CAPTION: &str =
-    "Deviation over the whole of each manoeuvre, by the encoder, with the loaded controller and with the preset's.";
-/// What is shown of a course at most, in points.
+    "Deviation over each manoeuvre, by the encoder, with the loaded controller and with the preset's.";
+/// Largest number of points of a curve.
 const POINTS: usize = 4000;
 
-/// How a manoeuvre was followed, by the encoder.
+/// Deviation over a manoeuvre, by the encoder.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Followed {
-    /// Its stable name.
+    /// Stable name of the manoeuvre.
     manoeuvre: &'static str,
     /// Deviation, RMS and largest magnitude [rad].
     deviation: [f64; 2],
@@ -29,70 +29,70 @@ struct Followed {
     course: Vec<(f64, f64)>,
 }
 
-/// All of them, by both.
+/// The results of both controllers.
 pub(super) struct Manoeuvres {
-    wanted: Vec<Manoeuvre>,
-    brought: Vec<Followed>,
+    planned: Vec<Manoeuvre>,
+    loaded: Vec<Followed>,
     own: Vec<Followed>,
 }
 
 impl Manoeuvres {
-    /// Those that fit into a duration [s], the first in any case.
+    /// The manoeuvres that fit into a duration [s], at least the first.
     pub(super) fn planned(preset: &Preset<f64>, duration: f64) -> Self {
-        let (mut wanted, mut total) = (Vec::new(), 0.0);
+        let (mut planned, mut total) = (Vec::new(), 0.0);
         for manoeuvre in MANOEUVRES {
             total += manoeuvre.reference(preset, 0.5).1;
-            if wanted.is_empty() || total <= duration {
-                wanted.push(manoeuvre);
+            if planned.is_empty() || total <= duration {
+                planned.push(manoeuvre);
             }
         }
-        Manoeuvres { wanted, brought: Vec::new(), own: Vec::new() }
+        Manoeuvres { planned, loaded: Vec::new(), own: Vec::new() }
     }
 
-    /// With what was brought along; what was followed until a fault is kept.
+    /// With the loaded controller; after a fault the completed manoeuvres remain.
     pub(super) fn with(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
-        follow(&self.wanted, preset, bench, &mut self.brought, watch)
+        follow(&self.planned, preset, bench, &mut self.loaded, watch)
     }
 
     /// With the preset's own controller.
     pub(super) fn without(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
-        follow(&self.wanted, preset, bench, &mut self.own, watch)
+        follow(&self.planned, preset, bench, &mut self.own, watch)
     }
 
     pub(super) fn table(&self) -> Table {
-        let cell = |followed: Option<&Followed>, which: usize| {
+        let cell = |followed: Option<&Followed>, index: usize| {
             followed
-                .map_or_else(|| Cell::from("stopped"), |it| Cell::Estimate(Estimate::new(it.deviation[which], "rad")))
+                .map_or_else(|| Cell::from("stopped"), |it| Cell::Estimate(Estimate::new(it.deviation[index], "rad")))
         };
         self.own.iter().enumerate().fold(
             Table::new(["manoeuvre", "RMS", "RMS, preset's", "peak", "peak, preset's"]).caption(CAPTION),
             |table, (k, own)| {
-                let brought = self.brought.get(k);
+                let loaded = self.loaded.get(k);
                 table.row([
                     own.manoeuvre.into(),
-                    cell(brought, 0),
+                    cell(loaded, 0),
                     cell(Some(own), 0),
-                    cell(brought, 1),
+                    cell(loaded, 1),
                     cell(Some(own), 1),
                 ])
             },
         )
     }
 
-    pub(super) fn tell(&self, summary: &mut Summary) {
-        for (who, all) in [("controller", &self.brought), ("own", &self.own)] {
+    pub(super) fn add_to(&self, summary: &mut Summary) {
+        for (controller, all) in [("controller", &self.loaded), ("own", &self.own)] {
             for Followed { manoeuvre, deviation: [rms, peak], .. } in all {
-                summary.result(&format!("{who}.{manoeuvre}.rms"), *rms, "rad");
-                summary.result(&format!("{who}.{manoeuvre}.peak"), *peak, "rad");
+                summary.result(&format!("{controller}.{manoeuvre}.rms"), *rms, "rad");
+                summary.result(&format!("{controller}.{manoeuvre}.peak"), *peak, "rad");
             }
         }
     }
 
-    /// What came of it, in sentences.
+    /// The results, in sentences.
     pub(super) fn lead(&self) -> Vec<String> {
-        let compared = self.brought.iter().zip(&self.own).map(|(brought, own)| {
-            let [brought_rms, own_rms] = [brought, own].map(|it| Estimate::new(it.deviation[0], "rad").to_string());
-            format!("{}: {brought_rms} RMS, with the preset's controller {own_rms}.", brought.manoeuvre)
+        let compared = self.loaded.iter().zip(&self.own).map(|(loaded, own)| {
+            let [loaded_rms, own_rms] = [loaded, own].map(|it| Estimate::new(it.deviation[0], "rad").to_string());
+            format!("{}: {loaded_rms} RMS; with the preset's controller {own_rms}.", loaded.manoeuvre)
         });
         compared.collect()
     }
@@ -109,8 +109,8 @@ impl Manoeuvres {
                 .x(Axis::new("time", "s"))
                 .y(Axis::new("deviation", "mrad"))
                 .series(line(Role::Reference, "preset's controller", own));
-            let figure = match self.brought.get(k) {
-                Some(brought) => figure.series(line(Role::Trace(0), "loaded controller", brought)),
+            let figure = match self.loaded.get(k) {
+                Some(loaded) => figure.series(line(Role::Trace(0), "loaded controller", loaded)),
                 None => figure,
             };
             let caption =
@@ -122,22 +122,22 @@ impl Manoeuvres {
 }
 
 fn follow(
-    wanted: &[Manoeuvre],
+    planned: &[Manoeuvre],
     preset: &Preset<f64>,
     bench: &mut dyn Bench,
     followed: &mut Vec<Followed>,
     watch: &Watch,
 ) -> Result<(), Error> {
     let (rate, divider) = (preset.bench.tick_rate, preset.bench.divider());
-    for (number, manoeuvre) in wanted.iter().enumerate() {
-        // One tick without torque tells where the screw is.
+    for (number, manoeuvre) in planned.iter().enumerate() {
+        // One tick without torque gives the angle of the screw.
         let home = bench.step(Command::default())?.angle;
         let (reference, duration) = manoeuvre.reference(preset, 0.5);
         let mut setpoints = Generator::new(reference, rate).with_origin(home);
         let mut course = Vec::new();
-        let mut begin = None;
+        let mut start = None;
         let mut see = |frame: &Frame| {
-            let before = *begin.get_or_insert(frame.cycle - 1);
+            let before = *start.get_or_insert(frame.cycle - 1);
             if frame.cycle.is_multiple_of(divider) {
                 let time = (frame.cycle - before) as f64 / rate;
                 course.push((time, frame.command.setpoint.position - frame.angle));
@@ -146,7 +146,7 @@ fn follow(
         let ticks = (duration * rate).round() as u64;
         for tick in 0..ticks {
             if tick.is_multiple_of(2048) {
-                let part = (number as f64 + tick as f64 / ticks as f64) / wanted.len() as f64;
+                let part = (number as f64 + tick as f64 / ticks as f64) / planned.len() as f64;
                 watch.stage(manoeuvre.name(), part)?;
             }
             let command = Command { setpoint: setpoints.next(), control: true, ..Command::default() };

@@ -1,5 +1,5 @@
-//! What was brought along on the virtual bench, simulated or by the clock: a controller in standard manoeuvres, beside the
-//! preset's own; a friction and a law by the friction that is felt under them.
+//! External controllers, frictions and laws on the virtual bench, in a simulation or in real time: a controller in
+//! standard manoeuvres, compared with the preset's; a friction and a law by the measured friction.
 
 mod manoeuvres;
 mod rendered;
@@ -21,29 +21,29 @@ use stickslip_bench::run::{About, Recorder};
 use stickslip_bench::tap::Tap;
 use stickslip_bench::{Bench, Change, ClockedBench, Request, ThreadSettings, TimingReport, VirtualBench};
 
-/// What came of it.
+/// Results of a loaded controller, friction or law.
 pub struct Loaded {
     preset: Preset<f64>,
     seed: u64,
     external: External,
-    /// Its calls in the loop, and how many of them took longer than [`BUDGET`].
+    /// Durations of its calls in the loop, and the number of calls longer than [`BUDGET`].
     durations: (Quantiles, u64),
-    done: Done,
-    /// What ended it before its time.
+    task: Task,
+    /// The fault that ended it early.
     pub fault: Option<String>,
-    /// How the clock was kept.
+    /// Timing report of a run in real time.
     pub clocked: Option<TimingReport>,
     lateness: Option<Lateness>,
 }
 
-/// What is done with it, by its role.
-enum Done {
+/// The experiment, by the role of the external code.
+enum Task {
     Manoeuvres(Manoeuvres),
     Friction(Rendered),
 }
 
 impl Done {
-    /// What fits into a duration [s].
+    /// The experiment within a duration [s].
     fn planned(role: Role, preset: &Preset<f64>, duration: f64) -> Self {
         match role {
             Role::Controller => Done::Manoeuvres(Manoeuvres::planned(preset, duration)),
@@ -51,7 +51,7 @@ impl Done {
         }
     }
 
-    /// With what was brought along in the loop.
+    /// Runs with the external code in the loop.
     fn with(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
         match self {
             Done::Manoeuvres(manoeuvres) => manoeuvres.with(preset, bench, watch),
@@ -59,7 +59,7 @@ impl Done {
         }
     }
 
-    /// With what the preset has in its place.
+    /// Runs with the preset's counterpart.
     fn without(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
         match self {
             Done::Manoeuvres(manoeuvres) => manoeuvres.without(preset, bench, watch),
@@ -76,17 +76,17 @@ impl Done {
     }
 }
 
-/// By the clock: how long it had for a torque [s], and how many were not there in time.
+/// In real time: the time allowed for a torque [s], and the number of late torques.
 type Lateness = (f64, u64);
 
-/// A bench that takes somebody's file along.
-trait Takes: Bench {
+/// A bench that hosts external code.
+trait Host: Bench {
     fn bring(&mut self, external: External) -> Result<(), Error>;
 
-    /// Without it again; by the clock with how long it had, and how often it was late.
+    /// Removes it; in real time with the time allowed and the number of late torques.
     fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(External, Option<Lateness>)>, Error>;
 
-    /// The fault that ended something, unless it was none of the bench.
+    /// The fault of the bench behind an error; other errors are returned.
     fn fault(&mut self, error: Error) -> Result<String, Error>;
 }
 
@@ -129,12 +129,12 @@ impl Takes for ClockedBench {
     }
 }
 
-/// Runs a controller through the manoeuvres that fit into a duration [s], the first in any case, and then the preset's own
-/// through the same; under a friction or a law the friction is measured, at as many speeds as fit, and under the preset's
-/// law as well beside a law. The run is recorded where a file is named.
+/// Runs a controller through the manoeuvres that fit into a duration [s], at least the first, and then the preset's
+/// controller through the same. For a friction or a law the friction is measured at as many speeds as fit, for a law
+/// also under the preset's law. With `record` the run is recorded in this file.
 ///
 /// # Errors
-/// What the bench refuses, as [`VirtualBench::bring`]; [`Error::Cancelled`]. A fault of what was brought along is a result.
+/// Errors of [`VirtualBench::bring`]; [`Error::Cancelled`]. A fault of the external code is a result, not an error.
 pub fn load(
     preset: &Preset<f64>,
     external: External,
@@ -152,11 +152,13 @@ pub fn load(
     Ok(loaded)
 }
 
-/// The same by the clock: what is not computed when its sample ends is late; for too long, it ends it.
+/// The same in real time: a torque that is not computed when its sample ends is late; too long a delay ends the run.
 ///
 /// # Errors
-/// As [`load`]; [`BenchError::ForeignRate`](stickslip_bench::BenchError::ForeignRate); [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime); [`Error::BenchFault`] where the clock could not be kept.
-pub fn load_by_the_clock(
+/// As [`load`]; [`BenchError::ForeignRate`](stickslip_bench::BenchError::ForeignRate);
+/// [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime); [`Error::BenchFault`] if the bench missed its
+/// deadlines.
+pub fn load_in_real_time(
     preset: &Preset<f64>,
     external: External,
     duration: f64,
@@ -173,8 +175,8 @@ pub fn load_by_the_clock(
     Ok(Loaded { clocked, ..loaded })
 }
 
-/// Who records the run, where a file is named.
-fn recorded(
+/// Recorder and tap of a run with a file.
+fn recorder(
     preset: &Preset<f64>,
     external: &External,
     seed: u64,
@@ -184,7 +186,7 @@ fn recorded(
     if path.exists() {
         fs::remove_file(path).map_err(|source| Error::file(path, "replace", source))?;
     }
-    // The torques replay without the file; which one gave them is told by this.
+    // The torques replay without the file; the command identifies it.
     let command = format!("stickslip load ({})", external.words());
     let about = About { command, preset: *preset, seed: Some(seed) };
     Recorder::start(path, &about).map(Some)
@@ -200,16 +202,16 @@ fn run(
 ) -> Result<Loaded, Error> {
     home(bench, watch)?;
     bench.come_to_rest()?;
-    let mut done = Done::planned(external.role(), preset, duration);
+    let mut task = Task::planned(external.role(), preset, duration);
     bench.bring(external)?;
-    let fault = match done.with(preset, bench, watch) {
+    let fault = match task.with(preset, bench, watch) {
         Err(error @ Error::BenchFault { .. }) => Some(bench.fault(error)?),
         ended => ended.map(|()| None)?,
     };
-    // The bench lives on, whatever became of it.
-    let (mut external, lateness) = bench.take_back(&preset.bench)?.expect("it was brought");
+    // The bench continues after a fault of the external code.
+    let (mut external, lateness) = bench.take_back(&preset.bench)?.expect("the bench has the external code");
     let fault = fault.map(|reason| match external.said() {
-        Some(said) => format!("{reason} It said: {}.", said.trim_end_matches('.')),
+        Some(message) => format!("{reason} Its message: {}.", message.trim_end_matches('.')),
         None => reason,
     });
     if fault.is_some() {
@@ -217,37 +219,37 @@ fn run(
         home(bench, watch)?;
         bench.come_to_rest()?;
     }
-    done.without(preset, bench, watch)?;
+    task.without(preset, bench, watch)?;
     let durations = external.durations();
-    if let (Done::Friction(rendered), None) = (&mut done, &fault) {
-        rendered.ask(&mut external, preset);
+    if let (Task::Friction(rendered), None) = (&mut task, &fault) {
+        rendered.compute_alone(&mut external, preset);
     }
-    Ok(Loaded { preset: *preset, seed, external, durations, done, fault, clocked: None, lateness })
+    Ok(Loaded { preset: *preset, seed, external, durations, task, fault, clocked: None, lateness })
 }
 
 impl Loaded {
-    /// What a reader should know.
+    /// Remarks for the report.
     pub fn remarks(&self) -> Vec<String> {
         let description = self.external.description();
         let mut remarks = vec![format!("{}, SHA-256 {}.", description.name, self.external.hash())];
-        if let Done::Friction(rendered) = &self.done {
+        if let Task::Friction(rendered) = &self.task {
             remarks.extend(rendered.lead(&self.preset));
         }
         let is_fmu = !description.signals.is_empty();
         remarks.extend(is_fmu.then(|| self.connected()));
         remarks.extend(description.notes.iter().cloned());
-        let mut kept = 0;
+        let mut unchanged = 0;
         for (parameter, value) in description.parameters.iter().zip(self.external.values()) {
-            // A model has many parameters; what was set is what counts.
+            // An FMU has many parameters; only changed values are listed.
             if is_fmu && parameter.initial.to_bits() == value.to_bits() {
-                kept += 1;
+                unchanged += 1;
                 continue;
             }
             let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
             remarks.push(format!("{} = {value}{unit}: {}", parameter.name, parameter.help));
         }
-        if kept > 0 {
-            remarks.push(format!("{kept} parameters and inputs have the values of the FMU."));
+        if unchanged > 0 {
+            remarks.push(format!("{unchanged} parameters and inputs have the values of the FMU."));
         }
         let (calls, late) = self.durations;
         let micro = |time: u64| format!("{:.2} µs", 1e-3 * time as f64);
@@ -261,30 +263,29 @@ impl Loaded {
         ));
         if let Some((allowed, late)) = self.lateness {
             let responses = self.external.responses();
-            let there = [(responses.p50, "median"), (responses.p99, "99 %"), (responses.max, "largest")];
-            let there = there.map(|(time, which)| format!("{} ({which})", micro(time))).join(", ");
+            let times = [(responses.p50, "median"), (responses.p99, "99 %"), (responses.max, "largest")];
+            let times = times.map(|(time, name)| format!("{} ({name})", micro(time))).join(", ");
             let when =
-                if responses.count > 0 { format!("was there after {there}") } else { "is computed at once".into() };
-            let held = match late {
-                0 => "none came too late".into(),
-                _ => format!("{late} came too late, and the last one was held meanwhile"),
+                if responses.count > 0 { format!("was ready after {times}") } else { "is computed immediately".into() };
+            let lateness = match late {
+                0 => "none was late".into(),
+                _ => format!("{late} were late; the last torque was held meanwhile"),
             };
             remarks.push(format!(
-                "By the clock its torque {when}, of the {} that it has from the begin of its sample; {held}.",
+                "In real time its torque {when}; allowed: {} from the start of its sample; {lateness}.",
                 micro((1e9 * allowed) as u64)
             ));
         }
         remarks.extend(self.clocked.iter().flat_map(TimingReport::warnings));
         match &self.fault {
             Some(fault) => remarks.push(format!("The bench stopped: {fault}")),
-            None => {
-                remarks.extend(self.external.said().map(|said| format!("It said: {}.", said.trim_end_matches('.'))))
-            }
+            None => remarks
+                .extend(self.external.said().map(|message| format!("Its message: {}.", message.trim_end_matches('.')))),
         }
         remarks
     }
 
-    /// What an FMU is, and how it is connected.
+    /// Kind and connections of an FMU.
     fn connected(&self) -> String {
         let Description { kind, tool, step, signals, .. } = self.external.description();
         let tool = tool.as_ref().map_or(String::new(), |tool| format!(" by {tool}"));
@@ -298,13 +299,13 @@ impl Loaded {
         let apart = |step: &f64| (period / step - (period / step).round()).abs() > 1e-6 || *step > 1.5 * period;
         let steps = step
             .filter(apart)
-            .map_or(String::new(), |step| format!(" It is made for steps of {step} s, and a sample has {period} s."));
+            .map_or(String::new(), |step| format!(" Designed for steps of {step} s; sample time {period} s."));
         format!("{kind}{tool}: {}.{steps}", signals.join(", "))
     }
 
-    /// Deviations of it, and of what the preset has in its place.
+    /// Deviations with the external code and with the preset's counterpart.
     pub fn table(&self) -> Table {
-        match &self.done {
+        match &self.task {
             Done::Manoeuvres(manoeuvres) => manoeuvres.table(),
             Done::Friction(rendered) => rendered.table(&self.preset),
         }
@@ -313,9 +314,9 @@ impl Loaded {
     /// The numbers, under their stable names.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("load");
-        match &self.done {
-            Done::Manoeuvres(manoeuvres) => manoeuvres.tell(&mut summary),
-            Done::Friction(rendered) => rendered.tell(&self.preset, &mut summary),
+        match &self.task {
+            Task::Manoeuvres(manoeuvres) => manoeuvres.add_to(&mut summary),
+            Task::Friction(rendered) => rendered.add_to(&self.preset, &mut summary),
         }
         let (calls, late) = self.durations;
         for (name, time) in [("p50", calls.p50), ("p99", calls.p99), ("largest", calls.max)] {
@@ -369,20 +370,20 @@ impl Loaded {
             .figures(&self.preset)
             .into_iter()
             .fold(report, |report, (_, figure, caption)| report.figure(figure, caption));
-        let report = report.heading("What was loaded, and how it ran").list(self.remarks());
-        self.clocked.iter().fold(report, |report, clocked| {
-            report.table(clocked.table().caption("How the clock was kept, all cycles."))
-        })
+        let report = report.heading("Loaded code and its timing").list(self.remarks());
+        self.clocked
+            .iter()
+            .fold(report, |report, clocked| report.table(clocked.table().caption("Timing of all cycles.")))
     }
 
-    /// What came of it, in a sentence or two.
+    /// Summary, in one or two sentences.
     fn lead(&self) -> String {
         let stopped = self.fault.iter().map(|fault| format!("The bench stopped: {fault}"));
-        let came = match &self.done {
+        let results = match &self.task {
             Done::Manoeuvres(manoeuvres) => manoeuvres.lead(),
             Done::Friction(rendered) => rendered.lead(&self.preset),
         };
-        stopped.chain(came).collect::<Vec<_>>().join(" ")
+        stopped.chain(results).collect::<Vec<_>>().join(" ")
     }
 
     /// Writes figures, report and summary into a folder.
@@ -392,7 +393,7 @@ impl Loaded {
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         output::create_folder(directory)?;
         let mut summary = self.summary();
-        for (name, figure, _) in self.done.figures(&self.preset) {
+        for (name, figure, _) in self.task.figures(&self.preset) {
             output::write(&directory.join(&name), figure.svg())?;
             summary.file(&name);
         }

@@ -1,4 +1,4 @@
-//! The friction that is felt while a loaded friction or law renders: measured at constant speeds, beside what it should be.
+//! Friction rendered by a loaded friction or law: measured at constant speeds and compared with its expected value.
 
 use serde_json::Value;
 use stickslip_core::supervise::ExternalFault;
@@ -13,45 +13,45 @@ use stickslip_base::{Error, Preset, Summary, Watch};
 use stickslip_bench::Bench;
 use stickslip_bench::external::{External, ModuleSample, Role as Part, role};
 
-/// A friction is stepped alone for so long at each velocity [s]; the mean of the last half counts.
+/// Time for which a friction is stepped alone at each velocity [s]; its value is the mean of the last half.
 const ALONE: f64 = 1.0;
 
-/// What was measured, and what it should be.
+/// Measured and expected friction.
 pub(super) struct Rendered {
     role: Part,
     plan: FrictionPlan<f64>,
-    brought: Option<FrictionCurve>,
-    /// Under the preset's law, beside which a law stands.
+    loaded: Option<FrictionCurve>,
+    /// Under the preset's law, for comparison with a loaded law.
     own: Option<FrictionCurve>,
-    /// Velocity and torque of a friction alone [rad/s], [N m]; why not.
+    /// Velocity and torque of a friction alone [rad/s], [N m]; or the fault.
     alone: Result<Vec<(f64, f64)>, String>,
 }
 
-/// How far a curve is from what it should be.
+/// Deviation of a curve from the expected one.
 struct Deviation {
     rms: f64,
-    /// Of largest magnitude, and at which velocity.
+    /// Deviation of largest magnitude, and its velocity.
     largest: f64,
     velocity: f64,
 }
 
 impl Rendered {
-    /// At as many speeds of the quick plan as fit into a duration [s], two at least.
+    /// A measurement at as many speeds of the quick plan as fit into a duration [s], at least two.
     pub(super) fn planned(role: Part, preset: &Preset<f64>, duration: f64) -> Self {
         let mut plan = FrictionPlan::quick();
         while plan.speeds > 2.0 && plan.duration(0.0, preset.bench.tick_time()) > duration {
             plan.speeds -= 1.0;
         }
-        Rendered { role, plan, brought: None, own: None, alone: Ok(Vec::new()) }
+        Rendered { role, plan, loaded: None, own: None, alone: Ok(Vec::new()) }
     }
 
-    /// Under what was brought along.
+    /// Measures under the loaded friction or law.
     pub(super) fn with(&mut self, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
-        self.brought = Some(measure_friction(&self.plan, bench, true, watch)?);
+        self.loaded = Some(measure_friction(&self.plan, bench, true, watch)?);
         Ok(())
     }
 
-    /// A law stands beside that of the preset.
+    /// Measures a law's comparison, the law of the preset.
     pub(super) fn without(&mut self, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
         if self.role == Part::Law {
             self.own = Some(measure_friction(&self.plan, bench, true, watch)?);
@@ -59,27 +59,27 @@ impl Rendered {
         Ok(())
     }
 
-    /// A friction alone, at the velocities that were measured.
-    pub(super) fn ask(&mut self, external: &mut External, preset: &Preset<f64>) {
+    /// Computes a friction alone, at the measured velocities.
+    pub(super) fn compute_alone(&mut self, external: &mut External, preset: &Preset<f64>) {
         if self.role != Part::Friction {
             return;
         }
-        let velocities = self.brought.iter().flat_map(|curve| &curve.plateaus).map(|plateau| plateau.velocity);
+        let velocities = self.loaded.iter().flat_map(|curve| &curve.plateaus).map(|plateau| plateau.velocity);
         let limit = role::torque_limit(self.role, &preset.model, &preset.bench);
-        let asked = velocities.map(|velocity| {
+        let torques = velocities.map(|velocity| {
             let torque = steady(external, velocity, role::period(self.role, &preset.bench), limit);
             torque.map(|torque| (velocity, torque)).map_err(|fault| external.told(fault).to_string())
         });
-        self.alone = asked.collect();
+        self.alone = torques.collect();
     }
 
-    /// What should be felt at the velocity of a plateau [N m]; NaN where that is not known.
+    /// Expected friction at the velocity of a plateau [N m]; NaN if unknown.
     fn expected(&self, plateau: &Plateau, preset: &Preset<f64>) -> f64 {
         if self.role == Part::Law {
             return preset.bench.desired.torque(plateau.velocity);
         }
-        let known = self.alone.iter().flatten().find(|(velocity, _)| *velocity == plateau.velocity);
-        known.map_or(f64::NAN, |(_, torque)| *torque)
+        let point = self.alone.iter().flatten().find(|(velocity, _)| *velocity == plateau.velocity);
+        point.map_or(f64::NAN, |(_, torque)| *torque)
     }
 
     fn deviation(&self, curve: &FrictionCurve, preset: &Preset<f64>) -> Deviation {
@@ -91,24 +91,24 @@ impl Rendered {
         Deviation { rms: libm::sqrt(square / all.len() as f64), largest: largest.1, velocity: largest.0 }
     }
 
-    /// What it should be is called so.
-    fn wanted(&self) -> &'static str {
+    /// Name of the expected curve.
+    fn expected_name(&self) -> &'static str {
         if self.role == Part::Law { "desired" } else { "of the file" }
     }
 
     pub(super) fn table(&self, preset: &Preset<f64>) -> Table {
         let law = self.own.is_some();
-        let mut heads = vec!["velocity", "measured", self.wanted(), "deviation"];
+        let mut heads = vec!["velocity", "measured", self.expected_name(), "deviation"];
         heads.extend(law.then_some("deviation, preset's law"));
         let caption = if law {
-            "Friction that the drive feels under the loaded law, beside the desired one; and how far it is from that under \
-             the preset's law."
+            "Friction measured under the loaded law, the desired friction, and the deviation; for comparison the \
+             deviation under the preset's law."
         } else {
-            "Friction that the drive feels under the loaded friction, beside that of the file alone at constant velocity."
+            "Friction measured under the loaded friction, and that of the file alone at constant velocity."
         };
         let mut table = Table::new(heads).caption(caption);
         let missing = || Cell::from("sticks or hunts");
-        for plateau in self.brought.iter().flat_map(|curve| &curve.plateaus) {
+        for plateau in self.loaded.iter().flat_map(|curve| &curve.plateaus) {
             let expected = self.expected(plateau, preset);
             let cells = |plateau: &Plateau| {
                 let half_width = NORMAL95 * plateau.standard_error;
@@ -135,17 +135,21 @@ impl Rendered {
         table
     }
 
-    pub(super) fn tell(&self, preset: &Preset<f64>, summary: &mut Summary) {
-        for (who, curve) in [("rendered", &self.brought), ("own", &self.own)] {
+    pub(super) fn add_to(&self, preset: &Preset<f64>, summary: &mut Summary) {
+        for (source, curve) in [("rendered", &self.loaded), ("own", &self.own)] {
             let Some(curve) = curve else { continue };
             let Deviation { rms, largest, .. } = self.deviation(curve, preset);
-            summary.result(&format!("{who}.rms"), rms, "N m").result(&format!("{who}.largest"), largest.abs(), "N m");
-            summary.result(&format!("{who}.plateaus"), curve.kept().count() as f64, "1");
-            summary.result(&format!("{who}.dropped_plateaus"), curve.dropped().count() as f64, "1");
+            summary.result(&format!("{source}.rms"), rms, "N m").result(
+                &format!("{source}.largest"),
+                largest.abs(),
+                "N m",
+            );
+            summary.result(&format!("{source}.plateaus"), curve.kept().count() as f64, "1");
+            summary.result(&format!("{source}.dropped_plateaus"), curve.dropped().count() as f64, "1");
             for plateau in &curve.plateaus {
                 summary.row([
                     ("kind", Value::from("plateau")),
-                    ("under", who.into()),
+                    ("under", source.into()),
                     ("velocity", plateau.velocity.into()),
                     ("torque", plateau.torque.into()),
                     ("standard_error", plateau.standard_error.into()),
@@ -156,7 +160,7 @@ impl Rendered {
         }
     }
 
-    /// What came of it, in sentences.
+    /// The results, in sentences.
     pub(super) fn lead(&self, preset: &Preset<f64>) -> Vec<String> {
         let words = |curve: &FrictionCurve| {
             let Deviation { rms, largest, velocity } = self.deviation(curve, preset);
@@ -165,39 +169,39 @@ impl Rendered {
             let dropped = curve.dropped().count();
             let dropped =
                 if dropped > 0 { format!("; at {dropped} speeds the load sticks or hunts") } else { String::new() };
-            format!("{rms} RMS, {largest} at most (at {at}){dropped}")
+            format!("{rms} RMS, at most {largest} (at {at}){dropped}")
         };
-        let brought = self.brought.as_ref().map(|curve| match self.role {
-            Part::Law => format!("The desired friction is met within {}.", words(curve)),
-            _ => format!("The friction of the file is felt within {}.", words(curve)),
+        let loaded = self.loaded.as_ref().map(|curve| match self.role {
+            Part::Law => format!("Deviation from the desired friction: {}.", words(curve)),
+            _ => format!("Deviation from the friction of the file: {}.", words(curve)),
         });
         let own = self.own.as_ref().map(|curve| format!("Under the preset's law: {}.", words(curve)));
-        let unknown = self.alone.as_ref().err().map(|why| format!("Its own curve is not known: {why}"));
+        let unknown = self.alone.as_ref().err().map(|reason| format!("The curve of the file is unknown: {reason}"));
         let fade = faded_below(&preset.bench);
         let faded = (self.role == Part::Friction && fade > 0.0).then(|| {
             format!(
-                "The preset's law gives nothing below {fade} rad/s, or less: the machine's own friction is felt there as \
-                 well. One with bristles does not fade out (bench.law.kind = \"residual\")."
+                "The preset's law renders no torque below {fade} rad/s: there the machine's own friction remains. \
+                 A law with bristles does not fade out (bench.law.kind = \"residual\")."
             )
         });
-        brought.into_iter().chain(own).chain(unknown).chain(faded).collect()
+        loaded.into_iter().chain(own).chain(unknown).chain(faded).collect()
     }
 
     /// Names of files, figures and captions.
     pub(super) fn figures(&self, preset: &Preset<f64>) -> Vec<(String, Figure, String)> {
-        let Some(curve) = &self.brought else { return Vec::new() };
+        let Some(curve) = &self.loaded else { return Vec::new() };
         let mut expected: Vec<_> =
             curve.plateaus.iter().map(|plateau| (plateau.velocity, self.expected(plateau, preset))).collect();
         // Friction jumps at standstill.
         expected.push((0.0, f64::NAN));
         expected.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let figure = friction("Friction while it renders")
+        let figure = friction("Rendered friction")
             .series(Series::points(Role::Rendered, "measured", points(curve)))
-            .series(Series::line(Role::Desired, self.wanted(), expected))
+            .series(Series::line(Role::Desired, self.expected_name(), expected))
             .series(plateaus(Role::Rendered, curve));
         let figure = self.own.iter().fold(figure, |figure, own| figure.series(plateaus(Role::Reference, own)));
         let caption = match self.own {
-            Some(_) => "Friction measured under the loaded law, the desired one, and grey what the preset's law gives.",
+            Some(_) => "Friction measured under the loaded law, the desired friction, and in grey the preset's law.",
             None => "Friction measured under the loaded friction, and that of the file alone at constant velocity.",
         };
         vec![("rendered.svg".into(), figure, caption.into())]

@@ -1,30 +1,30 @@
-//! What was measured: gains, intervals and coherence.
+//! Measured response: gains, intervals and coherence.
 
 use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 
-use super::{ResponsePlan, Seen};
+use super::{ResponsePlan, Sample};
 use stickslip_base::Error;
 use stickslip_design::linear::{Operating, StateSpace, decibels, port};
 use stickslip_fit::student_t95;
 
-/// Counts that an angle must pass through, or its gain is that of the counter's steps.
+/// Least counts of an angle; with fewer, its gain is that of the counter's steps.
 const COUNTS: f64 = 8.0;
-/// From this coherence on a line tells something.
+/// Coherence from which on a line is evaluated.
 pub const COHERENT: f64 = 0.9;
 
-/// What one sensor answers at one frequency.
+/// Response of one sensor at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     /// Sensor over commanded torque.
     pub gain: Complex<f64>,
     /// Half-width of the 95 % interval over the gain: of the magnitude, and of the phase in rad.
     pub half_width: f64,
-    /// Share of the power at this frequency that follows the excitation, of the sensor's or of the torque's, whichever is
-    /// less: 1 without noise and distortion.
+    /// Share of the power at this frequency that follows the excitation, of the sensor's or of the torque's, the
+    /// smaller of both: 1 without noise and distortion.
     pub coherence: f64,
-    /// The same gain of the axis that is believed.
+    /// The same gain of the modelled axis.
     pub expected: Complex<f64>,
 }
 
@@ -42,7 +42,7 @@ impl Answer {
     }
 }
 
-/// What both sensors answer at one frequency.
+/// Response of both sensors at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     /// Frequency [Hz].
@@ -56,30 +56,30 @@ pub struct Line {
 /// A frequency response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Response {
-    /// What the load did.
+    /// Regime of the load.
     pub operating: Operating,
     /// All frequencies, rising.
     pub lines: Vec<Line>,
-    /// Periods that count.
+    /// Number of evaluated periods.
     pub periods: usize,
-    /// Periods that were left out, because ticks were missed in them.
+    /// Number of periods left out for missed ticks.
     pub broken: usize,
-    /// Share of the time in which a load that should slide was slower than a tenth of its velocity.
+    /// Share of the time in which a sliding load was slower than a tenth of its velocity.
     pub stuck: f64,
-    /// Way of a load that should rest [rad].
+    /// Way of a load at rest [rad].
     pub crept: f64,
-    /// Level of the drive motor's own friction over the torque of the excitation of a load at rest: what the believed
-    /// axis leaves out.
+    /// Level of the drive motor's own friction, which the modelled axis lacks, over the torque of the excitation of a
+    /// load at rest.
     pub motor_friction: f64,
-    /// Whether the plan came to its end.
+    /// Whether the plan was completed.
     pub complete: bool,
-    /// Bench time that it took [s].
+    /// Bench time [s].
     pub duration: f64,
 }
 
 impl Response {
-    /// Largest deviation of one sensor from the believed axis where it is coherent: magnitude [dB] and phase [°], and at
-    /// how many frequencies it is.
+    /// Largest deviation of one sensor from the modelled axis where it is coherent: magnitude [dB] and phase [°], and
+    /// the number of coherent frequencies.
     pub fn deviation(&self, sensor: impl Fn(&Line) -> Answer) -> ([f64; 2], usize) {
         let coherent = self.lines.iter().map(sensor).filter(|answer| answer.coherence > COHERENT);
         coherent.fold(([0.0; 2], 0), |([magnitude, phase], count), answer| {
@@ -88,33 +88,33 @@ impl Response {
         })
     }
 
-    /// What a reader should know of it.
+    /// Warnings for the report.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.stuck > 0.0 {
             warnings.push(format!(
-                "The load nearly stood in {:.1} % of the time: this is no response for small deviations. Take a higher \
+                "The load was nearly at rest in {:.1} % of the time, so that the response is not linear. Use a higher \
                  velocity or a smaller share.",
                 100.0 * self.stuck
             ));
         }
         if self.crept > 0.0 {
             warnings.push(format!(
-                "The load moved by {:.1e} rad instead of resting: its bristles slid. Take a smaller share.",
+                "The load at rest moved by {:.1e} rad: its bristles slid. Use a smaller share.",
                 self.crept
             ));
         }
         if self.broken > 0 {
             warnings.push(format!(
-                "{} of {} periods were left out: ticks were missed in them.",
+                "{} of {} periods were left out because of missed ticks.",
                 self.broken,
                 self.broken + self.periods
             ));
         }
         if self.motor_friction > 0.01 {
             warnings.push(format!(
-                "The drive motor's own friction, {:.0} % of the excitation's RMS torque, damps an axis at rest; the axis \
-                 that is believed is without it. The larger the share, the less it counts.",
+                "The drive motor's own friction, {:.0} % of the excitation's RMS torque, damps an axis at rest; the \
+                 modelled axis lacks it. A larger share reduces its effect.",
                 100.0 * self.motor_friction
             ));
         }
@@ -122,13 +122,13 @@ impl Response {
         for (name, sensor) in [("encoder", deaf(|line| line.angle)), ("tacho", deaf(|line| line.velocity))] {
             if sensor {
                 warnings.push(format!(
-                    "The {name} tells nothing: the answer is below its noise or its counts at every frequency. Take a \
-                     larger share or more periods."
+                    "The {name} shows no response: at every frequency it is below noise or counts. Use a larger share or \
+                     more periods."
                 ));
             }
         }
         if !self.complete {
-            warnings.push("Cancelled before its end: what was measured until then.".into());
+            warnings.push("Cancelled: results of the periods measured until then.".into());
         }
         warnings
     }
@@ -142,39 +142,34 @@ fn spectrum(values: impl Iterator<Item = f64>, multiple: usize, turn: &[Complex<
     sum / samples as f64
 }
 
-/// Periods that are whole, each with its number, and how many others there are behind which more came.
-fn whole(seen: &[Seen], length: usize) -> (Vec<(usize, &[Seen])>, usize) {
-    let mut all: Vec<&[Seen]> = seen.chunk_by(|one, next| one.period == next.period).collect();
+/// Complete periods, each with its number, and the number of incomplete ones before the last.
+fn whole(ticks: &[Sample], length: usize) -> (Vec<(usize, &[Sample])>, usize) {
+    let mut all: Vec<&[Sample]> = ticks.chunk_by(|one, next| one.period == next.period).collect();
     let without_gap =
-        |period: &&[Seen]| period.len() == length && period[length - 1].cycle - period[0].cycle == length as u64 - 1;
+        |period: &&[Sample]| period.len() == length && period[length - 1].cycle - period[0].cycle == length as u64 - 1;
     // The last may have been cancelled.
     if all.last().is_some_and(|last| !without_gap(last)) {
         all.pop();
     }
     let begun = all.len();
-    let kept: Vec<_> = all.into_iter().filter(without_gap).map(|period| (period[0].period, period)).collect();
-    let broken = begun - kept.len();
-    (kept, broken)
+    let complete: Vec<_> = all.into_iter().filter(without_gap).map(|period| (period[0].period, period)).collect();
+    let broken = begun - complete.len();
+    (complete, broken)
 }
 
 pub(super) fn evaluate(
     plan: &ResponsePlan<f64>,
-    believed: &StateSpace,
+    model: &StateSpace,
     multiples: &[usize],
     waves: &[Vec<f64>],
-    seen: &[Seen],
+    ticks: &[Sample],
     count: f64,
 ) -> Result<Response, Error> {
     let length = waves[0].len();
-    let (periods, broken) = whole(seen, length);
+    let (periods, broken) = whole(ticks, length);
     if periods.len() < 2 {
-        let remedy = "Take more periods (plan.periods), shorter ones (plan.period), or a slower tick.";
-        return Err(Error::TooFew {
-            what: "periods in which no tick was missed",
-            found: periods.len(),
-            needed: 2,
-            remedy,
-        });
+        let remedy = "Use more periods (plan.periods), shorter ones (plan.period), or a slower tick.";
+        return Err(Error::TooFew { what: "periods without a missed tick", found: periods.len(), needed: 2, remedy });
     }
     let turn: Vec<Complex<f64>> = (0..length)
         .map(|k| {
@@ -182,7 +177,7 @@ pub(super) fn evaluate(
             Complex::new(libm::cos(angle), libm::sin(angle))
         })
         .collect();
-    let dt = believed.dt.unwrap_or_default();
+    let dt = model.dt.unwrap_or_default();
     let counted = || periods.iter().flat_map(|(_, period)| period.iter().map(|tick| tick.sample));
     let slow = |s: &[f64; 3]| s[2] * plan.velocity.signum() < 0.1 * plan.velocity.abs();
     let slides = plan.velocity != 0.0;
@@ -194,12 +189,12 @@ pub(super) fn evaluate(
         let excited: Vec<Complex<f64>> =
             periods.iter().map(|(number, _)| spectrum(waves[*number].iter().copied(), multiple, &turn)).collect();
         let of = |index: usize| -> Vec<Complex<f64>> {
-            let one = |period: &[Seen]| spectrum(period.iter().map(|tick| tick.sample[index]), multiple, &turn);
+            let one = |period: &[Sample]| spectrum(period.iter().map(|tick| tick.sample[index]), multiple, &turn);
             periods.iter().map(|(_, period)| one(period)).collect()
         };
         let torque = of(0);
         let frequency = multiple as f64 / (length as f64 * dt);
-        let expected = believed.at_frequency(TAU * frequency);
+        let expected = model.at_frequency(TAU * frequency);
         let answer = |index: usize, output: usize| {
             let expected = expected.as_ref().map_or(Complex::new(f64::NAN, 0.0), |g| g[(output, port::TORQUE)]);
             answer(&excited, &torque, &of(index), expected)
@@ -216,7 +211,7 @@ pub(super) fn evaluate(
         periods: periods.len(),
         broken,
         stuck: if slides { counted().filter(slow).count() as f64 / all } else { 0.0 },
-        // To and fro over one count is no way.
+        // One count is the resolution of the way.
         crept: if !slides && way > 2.5 * count { way } else { 0.0 },
         motor_friction: 0.0,
         complete: true,
@@ -225,27 +220,32 @@ pub(super) fn evaluate(
 }
 
 /// Gain, its interval and coherence from each period's excitation, torque and answer.
-fn answer(excited: &[Complex<f64>], torque: &[Complex<f64>], found: &[Complex<f64>], expected: Complex<f64>) -> Answer {
-    let count = found.len() as f64;
+fn answer(
+    excited: &[Complex<f64>],
+    torque: &[Complex<f64>],
+    sensor: &[Complex<f64>],
+    expected: Complex<f64>,
+) -> Answer {
+    let count = sensor.len() as f64;
     let power = |values: &[Complex<f64>]| values.iter().map(Complex::norm_sqr).sum::<f64>() / count;
     let scale = libm::sqrt(power(excited));
-    // By the phase of the excitation, which is another in each period.
+    // By the phase of the excitation, which differs in each period.
     let referred =
         |values: &[Complex<f64>]| values.iter().zip(excited).map(|(v, r)| v * r.conj() / scale).collect::<Vec<_>>();
     let mean = |values: &[Complex<f64>]| values.iter().sum::<Complex<f64>>() / count;
-    let (us, ys) = (referred(torque), referred(found));
+    let (us, ys) = (referred(torque), referred(sensor));
     let (u, y) = (mean(&us), mean(&ys));
     let gain = y / u;
-    // A counter that stands tells nothing.
+    // A constant counter gives no gain.
     let share = |mean: Complex<f64>, power: f64| if power > 0.0 { mean.norm_sqr() / power } else { 0.0 };
-    // What the torque does not explain, the loop's share of it taken off.
+    // The residual that the torque does not explain, without the loop's share.
     let rest: f64 = us.iter().zip(&ys).map(|(u, y)| (y - gain * u).norm_sqr()).sum();
     let variance = rest / (count * (count - 1.0)) / y.norm_sqr();
     let freedom = 2.0 * (count - 1.0);
     Answer {
         gain,
         half_width: student_t95(freedom) * libm::sqrt(0.5 * variance),
-        coherence: share(y, power(found)).min(share(u, power(torque))),
+        coherence: share(y, power(sensor)).min(share(u, power(torque))),
         expected,
     }
 }
@@ -255,16 +255,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_period_with_a_hole_is_left_out_and_counted_a_cancelled_one_is_not() {
-        let tick = |period: usize, cycle: u64| Seen { period, cycle, sample: [0.0; 3] };
+    fn a_period_with_a_missed_tick_is_counted_a_cancelled_one_is_not() {
+        let tick = |period: usize, cycle: u64| Sample { period, cycle, sample: [0.0; 3] };
         let run = |period: usize, from: u64| (from..from + 4).map(move |cycle| tick(period, cycle));
-        let mut seen: Vec<Seen> = run(0, 100).chain(run(1, 110)).chain(run(2, 120)).collect();
-        assert_eq!(whole(&seen, 4).0.len(), 3);
+        let mut ticks: Vec<Sample> = run(0, 100).chain(run(1, 110)).chain(run(2, 120)).collect();
+        assert_eq!(whole(&ticks, 4).0.len(), 3);
         // A tick was missed, once without its frame and once by a cycle more.
-        seen.remove(5);
-        seen[10].cycle += 1;
-        seen.extend(run(3, 130).take(2));
-        let (kept, broken) = whole(&seen, 4);
-        assert_eq!((kept.iter().map(|(number, _)| *number).collect::<Vec<_>>(), broken), (vec![0], 2));
+        ticks.remove(5);
+        ticks[10].cycle += 1;
+        ticks.extend(run(3, 130).take(2));
+        let (complete, broken) = whole(&ticks, 4);
+        assert_eq!((complete.iter().map(|(number, _)| *number).collect::<Vec<_>>(), broken), (vec![0], 2));
     }
 }

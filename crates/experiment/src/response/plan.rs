@@ -1,4 +1,4 @@
-//! What is excited, how long and on which way.
+//! Excitation, duration and ways of a frequency response.
 
 use std::f64::consts::TAU;
 
@@ -9,11 +9,11 @@ use stickslip_core::scalar::Scalar;
 use stickslip_base::Error;
 use stickslip_design::linear::Operating;
 
-/// How fast the speed changes before and behind the excitation [rad/s²].
+/// Acceleration before and after the excitation [rad/s²].
 pub(super) const ACCELERATION: f64 = 200.0;
-/// Time at speed, or at rest without torque, before the excitation begins [s].
+/// Time at speed, or at rest without torque, before the excitation starts [s].
 pub(super) const SETTLING: f64 = 0.3;
-/// Time for which each period's wave runs before the period counts [s].
+/// Time for which each period's wave runs before the evaluated period [s].
 pub(super) const RUN_IN: f64 = 0.25;
 /// Time at rest before each pass [s].
 const REST: f64 = 0.1;
@@ -22,11 +22,11 @@ const REST: f64 = 0.1;
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = ResponsePlan::law)]
 pub struct ResponsePlan<T> {
-    /// Velocity at which the load slides; 0: it rests.
+    /// Velocity of the sliding load; 0: load at rest.
     #[field(symbol = "Ω", unit = "rad/s", range = -200.0..=200.0, default = 20.0)]
     pub velocity: T,
-    /// Torque of the excitation, RMS, over what the drive motor can; of a load at rest over the breakaway torque that is
-    /// believed.
+    /// RMS torque of the excitation over the limit of the drive motor; for a load at rest over the model's breakaway
+    /// torque.
     #[field(symbol = "M_rms/M", unit = "1", range = 1e-4..=0.3, default = 0.15)]
     pub share: T,
     /// Lowest frequency.
@@ -35,10 +35,10 @@ pub struct ResponsePlan<T> {
     /// Highest frequency.
     #[field(symbol = "f_2", unit = "Hz", range = 1.0..=4000.0, default = 400.0)]
     pub highest_frequency: T,
-    /// Whether the excitation is a chirp, at all frequencies that have whole periods, instead of a multisine.
+    /// Whether the excitation is a chirp, at all frequencies with whole periods, instead of a multisine.
     #[field(unit = "1", flag)]
     pub chirp: T,
-    /// Frequencies of the multisine, about evenly spaced on a logarithmic scale.
+    /// Number of frequencies of the multisine, about evenly spaced on a logarithmic scale.
     #[field(symbol = "n_f", unit = "1", range = 2.0..=500.0, default = 60.0, whole)]
     pub lines: T,
     /// Period of the excitation: its frequencies are multiples of 1/T.
@@ -51,8 +51,8 @@ pub struct ResponsePlan<T> {
 
 impl<T: Scalar> ResponsePlan<T> {
     fn law(&self) -> [Relation<T>; 2] {
-        let lines = "The frequencies go from the lowest to the highest.";
-        let period = "A period holds at least one oscillation of the lowest frequency.";
+        let lines = "The highest frequency is below the lowest: swap them.";
+        let period = "A period must contain at least one oscillation of the lowest frequency.";
         [
             at_least("highest_frequency", self.highest_frequency, self.lowest_frequency, lines),
             at_least("lowest_frequency", self.lowest_frequency, T::of(1.0) / self.period, period),
@@ -61,7 +61,7 @@ impl<T: Scalar> ResponsePlan<T> {
 }
 
 impl ResponsePlan<f64> {
-    /// What the load does.
+    /// Regime of the load.
     pub fn operating(&self) -> Operating {
         if self.velocity == 0.0 { Operating::Stuck } else { Operating::Sliding(self.velocity) }
     }
@@ -69,11 +69,11 @@ impl ResponsePlan<f64> {
     /// The way of each pass on a stroke with these ends [rad].
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] where the stroke is too short for one period.
+    /// [`Error::OutOfRange`] if the stroke is too short for one period.
     pub(super) fn pass(&self, ends: [f64; 2]) -> Result<Pass, Error> {
         let speed = self.velocity.abs();
         if speed == 0.0 {
-            return Ok(Pass { begin: 0.0, end: 0.0, periods: self.periods as usize });
+            return Ok(Pass { start: 0.0, end: 0.0, periods: self.periods as usize });
         }
         let each = speed * (RUN_IN + self.period);
         // A tenth of the stroke remains to brake on.
@@ -86,24 +86,24 @@ impl ResponsePlan<f64> {
                 unit: "rad",
                 minimum: 0.0,
                 maximum: room.max(0.0),
-                remedy: "The stroke has no more: take a lower velocity (plan.velocity) or a shorter period (plan.period).",
+                remedy: "The stroke is too short: reduce plan.velocity or plan.period.",
             });
         }
         let periods = (room / each).floor().min(self.periods);
         let half = 0.5 * (rest + periods * each) * self.velocity.signum();
         let middle = 0.5 * (ends[0] + ends[1]);
-        Ok(Pass { begin: middle - half, end: middle + half, periods: periods as usize })
+        Ok(Pass { start: middle - half, end: middle + half, periods: periods as usize })
     }
 
     /// Bench time on a stroke with these ends [rad], from its zero [s].
     pub fn duration(&self, ends: [f64; 2]) -> f64 {
         let waves = self.periods * (RUN_IN + self.period);
-        let Ok(Pass { begin, end, periods }) = self.pass(ends) else { return waves };
+        let Ok(Pass { start, end, periods }) = self.pass(ends) else { return waves };
         let speed = self.velocity.abs();
         let way = |from: f64, to: f64| if from == to { 0.0 } else { (to - from).abs() / speed + speed / ACCELERATION };
         let passes = (self.periods / periods as f64).ceil();
         let each = SETTLING + REST + 2.0 * speed / ACCELERATION;
-        waves + passes * each + way(0.0, begin) + (passes - 1.0) * way(end, begin)
+        waves + passes * each + way(0.0, start) + (passes - 1.0) * way(end, start)
     }
 
     /// Frequencies as multiples of 1/T.
@@ -122,16 +122,16 @@ impl ResponsePlan<f64> {
         multiples
     }
 
-    /// The excitation of a period, of so many samples and with RMS 1.
+    /// The excitation of a period, with RMS 1.
     pub(super) fn excitation(&self, number: usize, multiples: &[usize], samples: usize) -> Vec<f64> {
-        // The golden section's multiples spread phases evenly.
+        // Multiples of the golden section spread phases evenly.
         let phase = |n: usize| TAU * (((n * (number + 1)) as f64 * 0.618_033_988_749_895) % 1.0);
         let wave: Vec<f64> = if self.chirp > 0.5 {
             let [first, last] = [self.lowest_frequency, self.highest_frequency].map(|f| f * self.period);
             let at = |part: f64| libm::sin(phase(1) + TAU * part * (first + 0.5 * (last - first) * part));
             (0..samples).map(|k| at(k as f64 / samples as f64)).collect()
         } else {
-            // √f: the slow lines would move the load most, the quick ones have the noise to bear.
+            // √f: slow lines move the load most, quick ones have the most noise.
             let turn = TAU / samples as f64;
             let line = |k: usize, n: usize, multiple: usize| {
                 libm::sqrt(multiple as f64) * libm::sin(turn * ((multiple * k) % samples) as f64 + phase(n * n + 1))
@@ -143,9 +143,9 @@ impl ResponsePlan<f64> {
     }
 }
 
-/// From where to where [rad], and periods on the way.
+/// Start and end [rad], and periods between.
 pub(super) struct Pass {
-    pub(super) begin: f64,
+    pub(super) start: f64,
     pub(super) end: f64,
     pub(super) periods: usize,
 }

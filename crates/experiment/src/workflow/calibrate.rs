@@ -1,4 +1,4 @@
-//! Calibration: the bench identifies itself, and what it believes from then on is a file.
+//! Calibration: the bench identifies its parameters and writes the updated preset.
 
 use std::path::Path;
 
@@ -14,17 +14,17 @@ use stickslip_base::{Error, Preset, Summary, Watch, output, parameters};
 use stickslip_bench::remote::{Address, RemoteBench};
 use stickslip_bench::{Bench, VirtualBench};
 
-/// Name of the file that other commands take as `--preset`.
+/// Name of the calibrated preset's file, an argument of `--preset`.
 pub const CALIBRATED: &str = "calibrated.toml";
 
-/// A calibration with what it takes to run it again.
+/// A calibration, with preset and seed to repeat it.
 #[derive(Clone, Debug)]
 pub struct CalibrationRun {
-    /// The bench as it was believed.
+    /// The preset before the calibration.
     pub preset: Preset<f64>,
-    /// Seed of the virtual machine's noise; `None` where the machine is another's.
+    /// Seed of the virtual machine's noise; `None` for a remote machine.
     pub seed: Option<u64>,
-    /// What was found.
+    /// Result.
     pub calibration: Calibration,
 }
 
@@ -43,10 +43,10 @@ pub fn calibrate_run(
     Ok(CalibrationRun { preset: *preset, seed: Some(seed), calibration })
 }
 
-/// The same with the machine that is served at an address; of the preset only model and settings count.
+/// The same with the machine served at an address; only model and settings of the preset are used.
 ///
 /// # Errors
-/// As [`calibrate`]; [`Error::BenchFault`] where the machine does not answer.
+/// As [`calibrate`]; [`Error::BenchFault`] if the machine does not answer.
 pub fn calibrate_remote(
     plan: &CalibrationPlan<f64>,
     preset: &Preset<f64>,
@@ -65,7 +65,7 @@ fn calibrated(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch)
 }
 
 impl CalibrationRun {
-    /// The preset with what the software is to believe from now on.
+    /// The preset with the calibrated model.
     pub fn calibrated(&self) -> Preset<f64> {
         Preset { model: self.calibration.model, ..self.preset }
     }
@@ -91,16 +91,16 @@ impl CalibrationRun {
         self.calibration.values.iter().filter(|number| !number.known()).count()
     }
 
-    /// What was believed, and what is.
+    /// Calibrated numbers and those of the data sheet.
     pub fn table(&self) -> Table {
         let head = Table::new(["number", "calibrated", "by the data sheet"]);
         self.calibration.values.iter().fold(head, |table, identified| {
-            let believed = if identified.believed.is_finite() {
+            let stated = if identified.believed.is_finite() {
                 Cell::Estimate(Estimate::new(identified.believed, identified.unit))
             } else {
                 "not stated".into()
             };
-            table.row([identified.words.into(), Cell::Estimate(identified.estimate()), believed])
+            table.row([identified.words.into(), Cell::Estimate(identified.estimate()), stated])
         })
     }
 
@@ -110,17 +110,17 @@ impl CalibrationRun {
         let calibration = &self.calibration;
         let identified = calibration.values.len() - self.unknown();
         let report = Report::new("Calibration of the bench", provenance).summary(format!(
-            "The bench identified {identified} numbers of itself in {} s by its own experiments, with 95\u{a0}% \
+            "The bench identified {identified} of its parameters in {} s by its own experiments, with 95\u{a0}% \
              intervals.",
             number(calibration.duration, 0)
         ));
         let keys = ["torque_per_volt", "load_inertia", "coupling_stiffness"].into_iter();
         let report = keys
             .filter_map(|key| calibration.value(key))
-            .fold(report, |report, found| report.key(found.words, found.estimate()))
+            .fold(report, |report, number| report.key(number.words, number.estimate()))
             .table(self.table().caption(
-                "What was identified, with its 95\u{a0}% interval, and what was believed. The scale of all torques is \
-                 the current sensor's, by the load motor's back-EMF.",
+                "Identified numbers with their 95\u{a0}% intervals, and those of the data sheet. The scale of all torques is \
+                 that of the current sensor, by the load motor's back-EMF.",
             ))
             .list(calibration.warnings.clone());
         self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption))
@@ -137,10 +137,10 @@ impl CalibrationRun {
                 .y(Axis::new(trace.channel, trace.unit))
                 .series(Series::points(Role::Measured, "measured", points(1)))
                 .series(Series::line(Role::Fitted, "predicted", points(2)));
-            let left = Estimate::new(trace.rms, trace.unit);
+            let residual = Estimate::new(trace.rms, trace.unit);
             let caption = format!(
-                "Both motors excited at speed, a piece of the run: simulated from what went to the converters alone. Over \
-                 all of it the fit leaves {left} rms."
+                "Both motors excited at speed, a part of the run: simulated from the converter voltages alone. Residual over \
+                 the whole run {residual} rms."
             );
             (name, figure, caption)
         };
@@ -179,7 +179,7 @@ impl CalibrationRun {
         let both = traces.iter().flat_map(|trace| {
             let name = trace.channel.split(' ').next().unwrap_or(trace.channel);
             [("measured", 1), ("predicted", 2)]
-                .map(|(what, index)| column(format!("{what}_{name}"), trace.unit, values(trace, index)))
+                .map(|(source, index)| column(format!("{source}_{name}"), trace.unit, values(trace, index)))
         });
         time.into_iter().chain(both).collect()
     }

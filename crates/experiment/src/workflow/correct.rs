@@ -1,7 +1,8 @@
-//! Render, measure again, correct the torque over the speed by what is missing, and so on, as long as it helps.
+//! Iterative correction: render, measure, correct the torque over the speed by the missing torque; repeated while the
+//! error decreases.
 //!
-//! The correction is a table over the speed, without a model of what is wrong. What it cannot mend stays: a friction
-//! that depends on the direction, and a law whose sign is wrong by noise.
+//! The correction is a table over the speed, without a model of the cause. It cannot correct a friction that depends on
+//! the direction, nor a law whose sign is wrong by noise.
 
 use std::fmt;
 
@@ -14,7 +15,7 @@ use crate::{FrictionCurve, FrictionPlan};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::Bench;
 
-/// Share of what is missing that a correction adds: a loop that repeats itself stays calm below 1.
+/// Share of the missing torque that a correction adds; below 1 the iteration is damped.
 const GAIN: f64 = 0.8;
 
 /// Torque missing at a speed.
@@ -22,50 +23,50 @@ const GAIN: f64 = 0.8;
 pub struct Missing {
     /// Speed [rad/s].
     pub speed: f64,
-    /// Desired minus measured, positive where more has to brake [N m].
+    /// Desired minus measured, positive for too little friction [N m].
     pub torque: f64,
     /// Standard error [N m].
     pub standard_error: f64,
 }
 
-/// Why no further correction was made.
+/// Reason for which the iteration ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stopped {
-    /// What is missing lies within the error of its measurement.
+    /// The missing torque is within its measurement error.
     WithinError,
-    /// The last correction did not help by more than the error of its measurement.
+    /// The last correction decreased the error by less than the measurement error.
     NoBetter,
-    /// As many as were asked for were made.
+    /// The requested number of corrections was made.
     Enough,
-    /// Fewer than two plateaus slid: no table goes through them.
+    /// The load slid on fewer than two plateaus, too few for a table.
     TooFew,
     /// The user cancelled.
     Cancelled,
-    /// Supervision took the torque away under the last correction, with its reason.
+    /// A fault under the last correction, with its reason.
     Fault(String),
 }
 
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Stopped::WithinError => f.write_str("what is missing lies within the error of its measurement"),
-            Stopped::NoBetter => f.write_str("the last correction did not help; the one before it is kept"),
-            Stopped::Enough => f.write_str("as many corrections were made as were asked for"),
-            Stopped::TooFew => f.write_str("fewer than two plateaus slid, and no table goes through them"),
-            Stopped::Cancelled => f.write_str("it was cancelled"),
+            Stopped::WithinError => f.write_str("the missing torque is within its measurement error"),
+            Stopped::NoBetter => f.write_str("the last correction was no improvement; the one before is active"),
+            Stopped::Enough => f.write_str("the requested number of corrections was made"),
+            Stopped::TooFew => f.write_str("the load slid on fewer than two plateaus, too few for a table"),
+            Stopped::Cancelled => f.write_str("cancelled"),
             Stopped::Fault(reason) => {
-                write!(f, "the last correction ended in a fault ({reason}); the one before it is kept")
+                write!(f, "the last correction caused a fault ({reason}); the one before is active")
             }
         }
     }
 }
 
-/// One measurement, with the correction that was in force.
+/// One measurement, with its correction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iteration<R> {
-    /// What was added to the law.
+    /// Correction added to the law.
     pub correction: Correction<f64>,
-    /// RMS of what is missing [N m].
+    /// RMS of the missing torque [N m].
     pub error: f64,
     /// Standard error of that RMS [N m].
     pub uncertainty: f64,
@@ -76,26 +77,26 @@ pub struct Iteration<R> {
 /// A series of measurements and corrections.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corrected<R> {
-    /// In their order; the first is without correction.
+    /// All measurements in their order; the first is without correction.
     pub iterations: Vec<Iteration<R>>,
-    /// The one whose correction is kept, never worse than the first.
+    /// Index of the best measurement, never worse than the first.
     pub kept: usize,
-    /// Why it ended.
+    /// Reason of the end.
     pub stopped: Stopped,
 }
 
 impl<R> Corrected<R> {
-    /// The measurement under the correction that is kept.
+    /// The measurement under the best correction.
     pub fn best(&self) -> &Iteration<R> {
         &self.iterations[self.kept]
     }
 }
 
-/// Measures, corrects by what is missing, measures again, at most `corrections` times. The speeds of `table` say where
-/// it may correct.
+/// Measures, corrects by the missing torque, and measures again, at most `corrections` times. The speeds of `table` are
+/// those that it may correct.
 ///
 /// # Errors
-/// Those of the measurement, but a cancellation or a fault after the first one.
+/// Those of the measurement, except a cancellation or a fault after the first one.
 pub fn correct<R>(
     table: CorrectionTable<f64>,
     corrections: usize,
@@ -116,7 +117,7 @@ pub fn correct<R>(
         let last = iterations.len();
         iterations.push(Iteration { correction, error, uncertainty, measured });
         let before = &iterations[kept];
-        // Not `error ≥ …`: an error that is none is no better.
+        // Not `error ≥ …`: NaN must not count as better.
         let better = error < before.error - (uncertainty + before.uncertainty);
         if last > 0 && !better {
             break Stopped::NoBetter;
@@ -140,7 +141,7 @@ pub fn correct<R>(
     Ok(Corrected { iterations, kept, stopped })
 }
 
-/// RMS of what is missing, and its standard error [N m].
+/// RMS of the missing torque, and its standard error [N m].
 pub(super) fn rms(missing: &[Missing]) -> [f64; 2] {
     let n = missing.len() as f64;
     let mean = |of: fn(&Missing) -> f64| missing.iter().map(of).sum::<f64>() / n;
@@ -149,50 +150,50 @@ pub(super) fn rms(missing: &[Missing]) -> [f64; 2] {
     [square.sqrt(), (noise / n).sqrt()]
 }
 
-/// Whether noise alone would leave as much: χ² below its mean and two standard deviations.
+/// Whether noise alone explains the missing torque: χ² below its mean plus two standard deviations.
 fn within_error(missing: &[Missing]) -> bool {
     let n = missing.len() as f64;
     let squares: f64 = missing.iter().map(|point| (point.torque / point.standard_error).powi(2)).sum();
     squares <= n + 2.0 * (2.0 * n).sqrt()
 }
 
-/// What is missing at the points of a table, by least squares: each measured point weighs as its error is small, and
-/// neighbours differ by about the RMS of all. Where nothing was measured the next value holds.
+/// Missing torque at the points of a table, by least squares: each measured point is weighted by its error, and
+/// neighbours differ by about the RMS of all. Unmeasured points have the next value.
 fn smooth(table: &CorrectionTable<f64>, missing: &[Missing]) -> [f64; CORRECTION_POINTS] {
     let [scale, _] = rms(missing);
     let n = missing.len();
     let (low, high) = (libm::log(table.slowest), libm::log(table.fastest));
     let mut rows = DMatrix::zeros(n + CORRECTION_POINTS - 1, CORRECTION_POINTS);
-    let mut wanted = DVector::zeros(rows.nrows());
+    let mut target = DVector::zeros(rows.nrows());
     for (row, point) in missing.iter().enumerate() {
         let last = (CORRECTION_POINTS - 1) as f64;
         let place = ((libm::log(point.speed) - low) / (high - low) * last).clamp(0.0, last);
         let k = (place as usize).min(CORRECTION_POINTS - 2);
-        // An error that says 0 would weigh without end.
+        // An error of 0 would give an infinite weight.
         let weight = 1.0 / point.standard_error.max(1e-3 * scale);
         rows[(row, k)] = weight * (1.0 - (place - k as f64));
         rows[(row, k + 1)] = weight * (place - k as f64);
-        wanted[row] = weight * point.torque;
+        target[row] = weight * point.torque;
     }
     for k in 0..CORRECTION_POINTS - 1 {
         (rows[(n + k, k)], rows[(n + k, k + 1)]) = (-1.0 / scale, 1.0 / scale);
     }
     let qr = rows.qr();
-    let found = qr.r().solve_upper_triangular(&(qr.q().transpose() * wanted));
-    // Singular without a point: then nothing is known to be missing.
-    found.map_or([0.0; CORRECTION_POINTS], |found| std::array::from_fn(|k| found[k]))
+    let points = qr.r().solve_upper_triangular(&(qr.q().transpose() * target));
+    // Singular without a point: no torque is missing then.
+    points.map_or([0.0; CORRECTION_POINTS], |points| std::array::from_fn(|k| points[k]))
 }
 
-/// Where a correction by this plan may correct, for a law that renders nothing up to a speed [rad/s].
-pub fn table(plan: &FrictionPlan<f64>, begin: f64) -> CorrectionTable<f64> {
-    let slowest = plan.speeds().find(|speed| *speed > begin).unwrap_or(plan.fastest);
-    CorrectionTable { begin, slowest, fastest: plan.fastest, ..CorrectionTable::default() }
+/// Speeds of a correction by this plan, for a law that renders no torque up to a speed [rad/s].
+pub fn table(plan: &FrictionPlan<f64>, start: f64) -> CorrectionTable<f64> {
+    let slowest = plan.speeds().find(|speed| *speed > start).unwrap_or(plan.fastest);
+    CorrectionTable { begin: start, slowest, fastest: plan.fastest, ..CorrectionTable::default() }
 }
 
-/// What a measured curve lacks of the desired friction on each plateau that counts, beyond a speed [rad/s].
-pub fn missing(curve: &FrictionCurve, desired: &Stribeck<f64>, begin: f64) -> Vec<Missing> {
-    let kept = curve.kept().filter(|plateau| plateau.set_velocity.abs() > begin);
-    let missing = kept.map(|plateau| Missing {
+/// Missing torque of a measured curve on each valid plateau above a speed [rad/s].
+pub fn missing(curve: &FrictionCurve, desired: &Stribeck<f64>, start: f64) -> Vec<Missing> {
+    let plateaus = curve.kept().filter(|plateau| plateau.set_velocity.abs() > start);
+    let missing = plateaus.map(|plateau| Missing {
         speed: plateau.velocity.abs(),
         torque: plateau.set_velocity.signum() * (desired.torque(plateau.velocity) - plateau.torque),
         standard_error: plateau.standard_error,
@@ -200,8 +201,8 @@ pub fn missing(curve: &FrictionCurve, desired: &Stribeck<f64>, begin: f64) -> Ve
     missing.collect()
 }
 
-/// Renders the desired friction and corrects it by measuring again, at most `corrections` times; the correction that
-/// is kept is in force on the bench.
+/// Renders the desired friction and corrects it by measuring again, at most `corrections` times; the best correction is
+/// then active on the bench.
 ///
 /// # Errors
 /// As [`render`].

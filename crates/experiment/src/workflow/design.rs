@@ -1,4 +1,4 @@
-//! The desired characteristic: from reference points or single values, and what the load motor can do about it.
+//! The desired characteristic: from reference points or single values, checked against the limits of the load motor.
 
 use std::convert::Infallible;
 use std::path::Path;
@@ -19,32 +19,32 @@ use stickslip_fit::{PARAMETERS, Stop, minimise, values};
 
 pub use stickslip_design::{FASTEST, fastest};
 
-/// What the axis has and what it shall feel like.
+/// Own and desired friction, and the renderable region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// Own friction.
     pub own: Stribeck<f64>,
     /// Desired friction.
     pub desired: Stribeck<f64>,
-    /// Reference points that it was laid through: speed [rad/s] and torque [N m].
+    /// Its reference points: speed [rad/s] and torque [N m].
     pub points: Vec<[f64; 2]>,
-    /// What the bench can render.
+    /// Renderable region of the bench.
     pub region: Region,
 }
 
-/// The Stribeck curve through reference points (speed ≥ 0 [rad/s], torque > 0 [N m]) by least squares. What the points
-/// leave open stays near `start`: a change of a parameter by a factor of e weighs as much as a thousandth of the
-/// largest torque.
+/// The Stribeck curve through reference points (speed ≥ 0 [rad/s], torque > 0 [N m]) by least squares. Parameters that
+/// the points do not determine stay near `start`: a change of a parameter by a factor of e weighs as much as a
+/// thousandth of the largest torque.
 ///
 /// # Errors
-/// [`Error::CurvePoint`] for a point that is none; [`Error::TooFew`] without one.
+/// [`Error::CurvePoint`] for an invalid point; [`Error::TooFew`] without one.
 pub fn through_points(points: &[[f64; 2]], start: &Stribeck<f64>) -> Result<Stribeck<f64>, Error> {
     let points: Vec<_> = points.iter().map(|&[speed, torque]| [speed, torque, 1.0]).collect();
     through_weighted(&points, start, None)
 }
 
-/// As [`through_points`], each point with a weight > 0 behind speed and torque. One parameter, as
-/// [`PARAMETERS`] counts them, may be held as it is at `start`.
+/// As [`through_points`], each point with a weight > 0 after speed and torque. One parameter, by its index in
+/// [`PARAMETERS`], may be held at its value in `start`.
 ///
 /// # Errors
 /// As [`through_points`].
@@ -55,21 +55,21 @@ pub fn through_weighted(
 ) -> Result<Stribeck<f64>, Error> {
     for (index, &[speed, torque, weight]) in points.iter().enumerate() {
         if !(speed.is_finite() && speed >= 0.0) {
-            let remedy = "A reference point has a speed from 0 on: friction is the same in both directions.";
+            let remedy = "The speed of a reference point is at least 0: friction is the same in both directions.";
             return Err(Error::CurvePoint { index, field: "velocity", value: speed, remedy });
         }
         if !(torque.is_finite() && torque > 0.0) {
-            let remedy = "Friction brakes: give a torque above 0.";
+            let remedy = "Friction brakes: the torque must be above 0.";
             return Err(Error::CurvePoint { index, field: "torque", value: torque, remedy });
         }
         if !(weight.is_finite() && weight > 0.0) {
-            let remedy = "A weight is above 0; leave out a point that shall not count.";
+            let remedy = "A weight must be above 0; remove the point instead.";
             return Err(Error::CurvePoint { index, field: "weight", value: weight, remedy });
         }
     }
     let largest = points.iter().map(|[_, torque, _]| *torque).fold(0.0, f64::max);
     if points.is_empty() {
-        let remedy = "Give one at least.";
+        let remedy = "Give at least one.";
         return Err(Error::TooFew { what: "reference points", found: 0, needed: 1, remedy });
     }
     let old = [start.breakaway_torque, start.kinetic_torque, start.stribeck_velocity, start.viscous_friction.max(1e-9)];
@@ -80,7 +80,7 @@ pub fn through_weighted(
     for factor in factors {
         let mut from = old;
         from[2] = (from[2] * factor).clamp(BOUNDS[2][0], BOUNDS[2][1]);
-        let found = minimise(from, BOUNDS, stop, |p: [Dual<4>; 4]| {
+        let fit = minimise(from, BOUNDS, stop, |p: [Dual<4>; 4]| {
             let curve = exponential(p);
             let off = points.iter().map(|&[speed, torque, weight]| {
                 (curve.magnitude(Dual::of(speed)) - Dual::of(torque)) * Dual::of(weight.sqrt())
@@ -89,19 +89,19 @@ pub fn through_weighted(
             let moved = (0..4).map(|i| (p[i] / Dual::of(old[i])).ln() * Dual::of(pull(i) * largest));
             Ok::<_, Infallible>(off.chain(moved).collect())
         });
-        let Ok(found) = found;
-        if best.is_none_or(|(cost, _)| found.cost < cost) {
-            best = Some((found.cost, found.parameters));
+        let Ok(fit) = fit;
+        if best.is_none_or(|(cost, _)| fit.cost < cost) {
+            best = Some((fit.cost, fit.parameters));
         }
     }
-    let mut found = best.expect("a start at least").1;
+    let mut fit = best.expect("at least one start").1;
     if let Some(held) = held {
-        found[held] = old[held];
+        fit[held] = old[held];
     }
-    Ok(exponential(found))
+    Ok(exponential(fit))
 }
 
-/// What a parameter that is held weighs: it moves less than is seen.
+/// Weight that holds a parameter: it moves less than the output resolution.
 const HELD: f64 = 1e2;
 
 /// The exponential form, equation (1).
@@ -124,7 +124,7 @@ impl Design {
         (squares / self.points.len() as f64).sqrt()
     }
 
-    /// Speed up to which the comparison goes [rad/s].
+    /// Highest speed of the comparison [rad/s].
     fn fastest(&self) -> f64 {
         fastest(&self.region)
     }
@@ -134,7 +134,7 @@ impl Design {
         Region::speeds(self.fastest())
     }
 
-    /// Whether the bench can render it, and if not, where, why, and what would do.
+    /// Whether the bench can render it; if not, the speeds, the limits, and the remedies.
     pub fn verdict(&self) -> Verdict {
         self.region.judge(&self.own, &self.desired, self.fastest())
     }
@@ -142,7 +142,7 @@ impl Design {
     /// Largest difference torque by magnitude, with its sign [N m], and the speed at which it is needed [rad/s].
     pub fn largest(&self) -> [f64; 2] {
         let differences = self.speeds().map(|speed| [self.difference(speed), speed]);
-        differences.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs())).expect("there are speeds")
+        differences.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs())).expect("the plan has speeds")
     }
 
     /// Speeds at which the difference torque changes its sign [rad/s]: there the load motor changes from braking to
@@ -161,19 +161,19 @@ impl Design {
         speeds.windows(2).filter(crosses).map(narrow).collect()
     }
 
-    /// What a reader should know, in sentences.
+    /// Remarks for the report.
     pub fn remarks(&self) -> Vec<String> {
         self.remarks_on(&self.verdict())
     }
 
-    /// As [`remarks`](Self::remarks), with a verdict that is known.
+    /// As [`remarks`](Self::remarks), with a computed verdict.
     pub(crate) fn remarks_on(&self, verdict: &Verdict) -> Vec<String> {
         let speed = |value: f64| Estimate::new(value, "rad/s").to_string();
         let mut remarks = Vec::new();
         let [largest, at] = self.largest();
         let limit = Estimate::new(self.region.torque_limit, "N m");
         remarks.push(format!(
-            "The load motor has to {} with up to {}, at {}; it has {limit}.",
+            "The load motor must {} with up to {} at {}; its limit is {limit}.",
             if largest < 0.0 { "drive" } else { "brake" },
             Estimate::new(largest.abs(), "N m"),
             speed(at)
@@ -189,7 +189,7 @@ impl Design {
         let rest = self.desired.breakaway_torque - self.own.breakaway_torque;
         if rest.abs() > 0.05 * self.desired.breakaway_torque {
             remarks.push(format!(
-                "At rest nothing is rendered: the breakaway torque stays {} off. Set it by the linings, or choose M_S = {}.",
+                "At rest no torque is rendered: the breakaway torque is {} off. Adjust the friction wheel, or set M_S = {}.",
                 Estimate::new(rest.abs(), "N m"),
                 Estimate::new(self.own.breakaway_torque, "N m")
             ));
@@ -197,7 +197,7 @@ impl Design {
         remarks
     }
 
-    /// Own and desired parameters beside each other.
+    /// Own and desired parameters.
     pub fn table(&self) -> Table {
         let table = Table::new(["parameter", "own", "desired", "difference"]).caption("Own and desired friction.");
         PARAMETERS.iter().zip(values(&self.own)).zip(values(&self.desired)).fold(
@@ -211,7 +211,7 @@ impl Design {
 
     /// `desired.toml`: the desired friction as a part of a parameter file.
     pub fn fragment(&self) -> String {
-        let head = "# Desired friction.\n# A part of a parameter file: what is not written here has its default.\n\n[bench.desired]\n";
+        let head = "# Desired friction.\n# A part of a parameter file: omitted parameters have their defaults.\n\n[bench.desired]\n";
         let line = |Entry { path, value, .. }: &Entry| match value {
             Parameter::Number(value) => format!("{path} = {value:?}\n"),
             Parameter::Variant(name) => format!("{path} = \"{name}\"\n"),
@@ -255,16 +255,16 @@ impl Design {
             let Band { torque: [low, high], .. } = self.region.at(speed);
             (speed, low, high)
         });
-        let asked = load("Difference torque in the renderable region")
+        let difference_figure = load("Difference torque in the renderable region")
             .x(Axis::new("speed Ω", "rad/s").stretched())
             .series(Series::band(Role::Reference, "steadily by current and voltage", able))
             .series(Series::line(Role::Rendered, "difference torque", difference));
-        let asked = self.verdict().shortages.iter().fold(asked, |figure, shortage| {
+        let difference_figure = self.verdict().shortages.iter().fold(difference_figure, |figure, shortage| {
             figure.interval(shortage.speeds[0], shortage.speeds[1], format!("{} limit", shortage.bound.limit))
         });
         let [largest, _] = self.largest();
         let caption = format!(
-            "What the axis has, and what it shall feel like; the load motor bridges up to {}.",
+            "Own and desired friction; the load motor renders a difference of up to {}.",
             torque(largest.abs())
         );
         let about =
@@ -273,13 +273,13 @@ impl Design {
             .summary(self.remarks().join(" "))
             .table(self.table())
             .figure(figure, caption)
-            .figure(asked, about)
+            .figure(difference_figure, about)
     }
 
     /// Writes `desired.toml`, report and summary into a folder.
     ///
     /// # Errors
-    /// [`Error::Parameters`] where the desired characteristic is none that a parameter file may hold; [`Error::File`].
+    /// [`Error::Parameters`] if a parameter file does not accept the desired characteristic; [`Error::File`].
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         let text = self.fragment();
         parameters::read::<Preset<f64>>(&text, "desired.toml")?;
@@ -303,27 +303,27 @@ mod tests {
     }
 
     #[test]
-    fn four_points_of_a_curve_give_the_curve_back() {
-        let truth =
+    fn four_points_of_a_curve_return_the_curve() {
+        let exact =
             Stribeck { kinetic_torque: 0.12, stribeck_velocity: 1.5, viscous_friction: 1.2e-3, ..Stribeck::default() };
-        let points = [0.0, 1.5, 12.0, 80.0].map(|speed| [speed, truth.magnitude(speed)]);
-        let found = through_points(&points, &Stribeck::default()).unwrap();
-        for (found, truth) in values(&found).into_iter().zip(values(&truth)) {
+        let points = [0.0, 1.5, 12.0, 80.0].map(|speed| [speed, exact.magnitude(speed)]);
+        let fit = through_points(&points, &Stribeck::default()).unwrap();
+        for (fit, exact) in values(&fit).into_iter().zip(values(&exact)) {
             // The pull of the start, a thousandth of the torque on each parameter, squared.
-            assert!((found / truth - 1.0).abs() < 1e-3, "{found} for {truth}");
+            assert!((fit / exact - 1.0).abs() < 1e-3, "{fit} for {exact}");
         }
     }
 
     #[test]
-    fn one_point_moves_what_it_tells_of_and_leaves_the_rest() {
+    fn one_point_moves_only_the_parameters_that_it_determines() {
         let start = Stribeck::default();
-        let found = through_points(&[[0.0, 0.4]], &start).unwrap();
-        assert!((found.breakaway_torque - 0.4).abs() < 1e-4, "{found:?}");
-        assert!((found.kinetic_torque / start.kinetic_torque - 1.0).abs() < 1e-6);
+        let fit = through_points(&[[0.0, 0.4]], &start).unwrap();
+        assert!((fit.breakaway_torque - 0.4).abs() < 1e-4, "{fit:?}");
+        assert!((fit.kinetic_torque / start.kinetic_torque - 1.0).abs() < 1e-6);
     }
 
     #[test]
-    fn what_is_no_reference_point_is_refused() {
+    fn an_invalid_reference_point_is_refused() {
         let refusal = |points: &[[f64; 2]]| through_points(points, &Stribeck::default()).unwrap_err().to_string();
         assert!(refusal(&[[1.0, 0.2], [-1.0, 0.2]]).starts_with("point 1 of the friction curve: velocity = -1."));
         assert!(refusal(&[[1.0, f64::NAN]]).contains("torque = NaN. Friction brakes"));

@@ -1,4 +1,4 @@
-//! What the figures of friction have in common: axes, the grid of speeds, curves and plateaus as series.
+//! Common parts of friction figures: axes, grid of speeds, curves and plateaus as series.
 
 use stickslip_core::friction::Stribeck;
 
@@ -24,19 +24,19 @@ pub(crate) fn load(title: &str) -> Figure {
     Figure::new(title).y(Axis::new("load torque", "N m"))
 }
 
-/// The plateaus that slid, with the 95 % interval of what a fit takes their error to be.
+/// The plateaus that slid, with the 95 % intervals used by a fit.
 pub(crate) fn plateaus(role: Role, curve: &FrictionCurve) -> Series {
     let points = curve.points().into_iter();
     let bars = points.map(|point| (point.velocity, point.torque, NORMAL95 * point.standard_error));
     Series::bars(role, "plateaus", bars)
 }
 
-/// The parts of all plateaus that slid: the noisy course.
+/// The parts of all plateaus that slid: the noisy signal.
 pub fn points(curve: &FrictionCurve) -> impl Iterator<Item = (f64, f64)> + '_ {
     curve.kept().flat_map(|plateau| plateau.blocks.iter().map(|block| (block.velocity, block.torque)))
 }
 
-/// The noisy course of the own friction.
+/// The noisy signal of the own friction.
 pub fn measured(curve: &FrictionCurve) -> Series {
     Series::points(Role::Measured, "measured", points(curve))
 }

@@ -1,6 +1,6 @@
-//! The report of an experiment that was done in steps on one bench: own friction, desired friction, rendered friction.
+//! Report of an experiment in steps on one bench: own friction, desired friction, rendered friction.
 //!
-//! It is made of what the steps have left, so that it says the same as they do.
+//! It is assembled from the results of the steps.
 
 use std::path::Path;
 
@@ -12,14 +12,14 @@ use stickslip_base::{Error, Preset, Summary, parameters};
 use stickslip_fit::{PARAMETERS, values};
 use stickslip_identify::curve_file::CurveColumns;
 
-/// What the steps have left.
+/// Results of the steps.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// The measurement of the own friction, and its fit, where the points are enough for one.
+    /// The measurement of the own friction, and its fit, if there are enough points.
     own: Option<(Report, Option<FrictionFits>)>,
     /// The measurement under the law.
     rendered: Option<Report>,
-    /// The parameters in force.
+    /// The active parameters.
     preset: Preset<f64>,
 }
 
@@ -27,7 +27,7 @@ impl Experiment {
     /// From the folders of the two measurements.
     ///
     /// # Errors
-    /// [`Error::TooFew`] without any; what is wrong with their files.
+    /// [`Error::TooFew`] without any; errors of their files.
     pub fn read(own: Option<&Path>, rendered: Option<&Path>, preset: Preset<f64>) -> Result<Self, Error> {
         if own.or(rendered).is_none() {
             let remedy = "Measure the friction first.";
@@ -46,7 +46,7 @@ impl Experiment {
         Ok(Experiment { own, rendered: rendered.map(Report::read).transpose()?, preset })
     }
 
-    /// The report; `command` is what it was written by.
+    /// The report; `command` is the command that writes it.
     pub fn report(&self, command: &str) -> Report {
         let provenance = Provenance::new(command, None, parameters::write_commented(&self.preset));
         let mut report = Report::new("Friction measured, designed and rendered", provenance);
@@ -73,11 +73,11 @@ impl Experiment {
         report.heading("Controller and law").table(self.choices())
     }
 
-    /// Desired beside own parameters, as in force.
+    /// Active desired and own parameters.
     fn desired(&self) -> Table {
         let Preset { model, bench, .. } = &self.preset;
         let table = Table::new(["parameter", "own, subtracted", "desired"])
-            .caption("What the load motor makes of what the machine has, as in force.");
+            .caption("Active own friction, subtracted by the law, and desired friction.");
         let rows = PARAMETERS.iter().zip(values(&model.own).into_iter().zip(values(&bench.desired)));
         rows.fold(table, |table, ((_, name, unit), (own, desired))| {
             let cell = |value: f64| Cell::Estimate(Estimate::new(value, *unit));
@@ -85,16 +85,16 @@ impl Experiment {
         })
     }
 
-    /// What was chosen.
+    /// Selected controller, law and rate.
     fn choices(&self) -> Table {
         let chosen = |path: &str| {
-            let found = flatten(&self.preset).into_iter().find(|entry| entry.path == path);
-            match found.map(|entry| entry.value) {
+            let entry = flatten(&self.preset).into_iter().find(|it| it.path == path);
+            match entry.map(|entry| entry.value) {
                 Some(Value::Variant(name)) => Cell::Text(name.into()),
                 _ => Cell::Text("unknown".into()),
             }
         };
-        Table::new(["", "in force"])
+        Table::new(["", "active"])
             .row(["position controller under test".into(), chosen("bench.controller.kind")])
             .row(["rendering law".into(), chosen("bench.law.kind")])
             .row(["tick rate".into(), Cell::Estimate(Estimate::new(self.preset.bench.tick_rate, "Hz"))])
@@ -116,6 +116,7 @@ impl Experiment {
 
 /// The tables and figures of another report.
 fn added(report: Report, other: &Report) -> Report {
-    let shown = other.sections().iter().filter(|section| matches!(section, Section::Table(_) | Section::Figure { .. }));
-    shown.cloned().fold(report, Report::section)
+    let sections =
+        other.sections().iter().filter(|section| matches!(section, Section::Table(_) | Section::Figure { .. }));
+    sections.cloned().fold(report, Report::section)
 }

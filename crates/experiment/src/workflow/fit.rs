@@ -1,4 +1,4 @@
-//! Stribeck curves through measured friction curves, and what the data leave open.
+//! Stribeck curves through measured friction curves, and the parameters that the data do not determine.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -30,32 +30,32 @@ pub struct FrictionFits {
     pub file: PathBuf,
     /// Rotary (rad/s, N m) or linear (m/s, N).
     pub axis: Axis,
-    /// How far the friction wheel's linings were pressed on, where the file says so.
+    /// Preload of the friction wheel, if the file states it.
     pub preload: Option<f64>,
-    /// One for each curve, or for each direction of each.
+    /// One fit for each curve, or for each direction of each curve.
     pub fits: Vec<Fitted>,
 }
 
 /// One fit.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// Curve and direction; empty where there is but one of both.
+    /// Curve and direction; empty if there is only one of both.
     pub name: String,
-    /// The points that it is fitted to.
+    /// The fitted points.
     pub points: Vec<CurvePoint>,
-    /// Which of them count.
+    /// The side of the points that is fitted.
     pub side: Side,
-    /// Whether they came with standard errors.
+    /// Whether the file has their standard errors.
     pub weighted: bool,
     /// The curve.
     pub fit: StribeckFit,
 }
 
-/// Fits the curves of a file, or those of a folder that a measurement has left: both directions as one curve, or each
-/// direction as one of its own.
+/// Fits the curves of a file or of a measurement's folder: both directions as one curve, or each direction as a curve
+/// of its own.
 ///
 /// # Errors
-/// Whatever [`curves`] refuses; too few points.
+/// Errors of [`curves`]; too few points.
 pub fn fit_file(path: &Path, columns: &CurveColumns, each_direction: bool) -> Result<FrictionFits, Error> {
     let file = if path.is_dir() { path.join("curve.csv") } else { path.to_owned() };
     let table = Recording::read(&file)?;
@@ -78,11 +78,11 @@ pub fn fit_file(path: &Path, columns: &CurveColumns, each_direction: bool) -> Re
 }
 
 impl Fitted {
-    /// Fits those points that are on the side. `weighted`: their standard errors are a measurement's own and believed;
-    /// otherwise only their ratios mean anything and the scatter tells.
+    /// Fits the points on a side. `weighted`: their standard errors are absolute, from a measurement; otherwise only
+    /// their ratios are used and the scatter determines the scale.
     ///
     /// # Errors
-    /// A point that is none; too few points.
+    /// An invalid point; too few points.
     pub fn of(name: String, points: &[CurvePoint], side: Side, weighted: bool) -> Result<Self, Error> {
         let plan = if weighted {
             FrictionCurve::FIT
@@ -99,7 +99,7 @@ impl Fitted {
         Ok(Fitted { name, points, side, weighted, fit })
     }
 
-    /// Which plateaus would tell more of the parameter that is known worst, and how much: its index and the plateaus.
+    /// Plateaus that narrow the interval of the least certain parameter most: its index and the plateaus.
     pub fn advice(&self) -> (usize, Addition) {
         let width = |i: usize| (self.fit.ci95[i][1] - self.fit.ci95[i][0]) / self.fit.parameters[i];
         let worst = (0..4).max_by(|a, b| width(*a).total_cmp(&width(*b))).unwrap_or(0);
@@ -127,7 +127,7 @@ impl FrictionFits {
         if self.axis == Axis::Linear { ["N", "m/s"] } else { ["N m", "rad/s"] }
     }
 
-    /// Words about a rotary axis, about this one.
+    /// Text on a rotary axis, adapted to this axis.
     fn words(&self, text: &str) -> String {
         if self.axis == Axis::Rotary {
             return text.into();
@@ -152,13 +152,13 @@ impl FrictionFits {
         })
     }
 
-    /// What the data of a fit leave open, and which measurement would tell.
+    /// Parameters that the data do not determine, and the measurements that determine them.
     pub fn advice(&self, fitted: &Fitted) -> Vec<String> {
         let speed_unit = self.units()[1];
         let mut advice = Vec::new();
         if let StribeckDrop::Identified { drop, ci95: [low, high] } = fitted.fit.drop {
             let drop = Estimate::new(drop, self.units()[0]).with_half_width(0.5 * (high - low));
-            advice.push(format!("Friction falls by {drop} from rest to sliding: a Stribeck effect."));
+            advice.push(format!("Friction falls by {drop} from rest to sliding (Stribeck effect)."));
         }
         advice.extend(fitted.fit.findings().iter().map(|finding| self.words(&finding.to_string())));
         if !fitted.fit.outliers.is_empty() {
@@ -168,7 +168,7 @@ impl FrictionFits {
             };
             let at: Vec<String> = fitted.fit.outliers.iter().map(velocity).collect();
             advice.push(format!(
-                "Points far off the curve count for little: at {} {speed_unit}. Repeat them.",
+                "Points far from the curve have little weight: at {} {speed_unit}. Repeat them.",
                 at.join(", ")
             ));
         }
@@ -185,50 +185,48 @@ impl FrictionFits {
             }
             let at: Vec<String> = plateaus.iter().map(|(speed, count)| format!("{count} at {speed}")).collect();
             advice.push(format!(
-                "The {} is known worst. More plateaus, {} {speed_unit}, would bring its interval to {} % of its width.",
+                "The {} is least certain. More plateaus, {} {speed_unit}, narrow its interval by {} %.",
                 self.words(PARAMETERS[worst].1),
                 at.join(", "),
-                number(100.0 * addition.shrinks_to[worst], 0)
+                number(100.0 * (1.0 - addition.shrinks_to[worst]), 0)
             ));
         }
         advice
     }
 
-    /// Why there is no parameter fragment, if so: the bench has one rotary curve for both directions.
+    /// Reason for a missing parameter fragment: the bench has one rotary curve for both directions.
     fn no_fragment(&self) -> Option<&'static str> {
         match self.fits.as_slice() {
-            _ if self.axis == Axis::Linear => {
-                Some("a parameter file holds torques of a screw, and this axis is linear")
-            }
+            _ if self.axis == Axis::Linear => Some("a parameter file requires a rotary axis, and this axis is linear"),
             [one] if (0..4).any(|parameter| !one.fit.knows(parameter)) => {
-                Some("the points do not tell all four parameters; look at the notes for what would")
+                Some("the points do not determine all four parameters; the notes name the missing measurements")
             }
             [one] if one.side == Side::Both => None,
-            _ => Some("a parameter file holds one curve for both directions, and here are several fits"),
+            _ => Some("a parameter file has one curve for both directions, and there are several fits"),
         }
     }
 
     /// `fit.toml`: the own friction as a part of a parameter file, with its [`uncertainty`](stickslip_fit::uncertainty).
     ///
     /// # Errors
-    /// [`Error::Parameters`] where a fitted value is none that a parameter may have.
+    /// [`Error::Parameters`] if a fitted value is outside a parameter's range.
     pub fn fragment(&self) -> Result<Result<String, &'static str>, Error> {
         if let Some(reason) = self.no_fragment() {
             return Ok(Err(reason));
         }
         let one = &self.fits[0];
         let mut text = format!(
-            "# Own friction of {}.\n# A part of a parameter file: what is not written here has its default.\n",
+            "# Own friction of {}.\n# A part of a parameter file: omitted parameters have their defaults.\n",
             self.file.display()
         );
         if let Some(preload) = self.preload {
-            write!(text, "\n[plant.wheel]\npreload = {preload:?} # the linings as they were\n")
-                .expect("a string takes all");
+            write!(text, "\n[plant.wheel]\npreload = {preload:?} # friction wheel during the measurement\n")
+                .expect("writing to a string cannot fail");
         }
         text += "\n[model.own]\n";
         for ((key, ..), (value, (_, estimate))) in PARAMETERS.iter().zip(one.fit.parameters.iter().zip(one.fit.lines()))
         {
-            writeln!(text, "{key} = {value:?} # {estimate}").expect("a string takes all");
+            writeln!(text, "{key} = {value:?} # {estimate}").expect("writing to a string cannot fail");
         }
         text += &JointDistribution::of_fit(&one.fit, "model.own").to_toml();
         parameters::read::<Preset<f64>>(&text, "fit.toml")?;
@@ -285,7 +283,7 @@ impl FrictionFits {
         report
     }
 
-    /// The fit over its points, and what it leaves.
+    /// The fit with its points, and the residuals.
     fn figures(&self, fitted: &Fitted) -> [(Figure, String); 2] {
         let [unit, speed_unit] = self.units();
         let speed = || FigureAxis::new(if speed_unit == "m/s" { "speed v" } else { "speed Ω" }, speed_unit).stretched();
@@ -311,22 +309,22 @@ impl FrictionFits {
             .series(Series::line(Role::Fitted, "fit", line()))
             .series(Series::bars(Role::Measured, "measured", with_bar(|[_, torque, ..]| torque)));
         let caption = format!(
-            "The points, the Stribeck curve through them, which leaves {} rms, and its 95\u{a0}% band.",
+            "Points, fitted Stribeck curve with residual {} rms, and its 95\u{a0}% band.",
             self.words(&torque(fitted.fit.rms))
         );
-        let residuals = Figure::new("What the fit leaves")
+        let residuals = Figure::new("Residuals of the fit")
             .x(speed())
             .y(FigureAxis::new("measured − fitted", unit))
             .series(Series::bars(Role::Measured, "residuals", with_bar(|[_, torque, _, fit, _]| torque - fit)));
         let about = format!(
-            "Residuals with the 95\u{a0}% intervals of their points. Runs of one sign have the probability {} by chance.",
+            "Residuals with the 95\u{a0}% intervals of their points. Probability of their runs of one sign by chance: {}.",
             number(fitted.fit.runs_probability, 2)
         );
         [(figure, caption), (residuals, about)]
     }
 
-    /// Writes `fit.toml` where there is one, the points with their fit, report and summary. Returns the summary, and
-    /// why there is no `fit.toml`, if so.
+    /// Writes `fit.toml` if there is one, the points with their fit, report and summary. Returns the summary, and the
+    /// reason for a missing `fit.toml`.
     ///
     /// # Errors
     /// [`Error::File`] if the system refuses; [`Error::Parameters`] as [`fragment`](Self::fragment).

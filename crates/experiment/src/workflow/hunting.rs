@@ -1,4 +1,4 @@
-//! Whether a controller will hunt on the believed axis, how far and how often, in numbers and figures.
+//! Predicted hunting of a controller on the modelled axis: amplitude and interval, in numbers and figures.
 
 use std::path::Path;
 
@@ -9,15 +9,15 @@ use stickslip_base::report::{Cell, Provenance, Report, Table};
 use stickslip_base::{Error, Preset, Summary, Watch, output, parameters};
 use stickslip_design::{HuntingPlan, HuntingPrediction, predict_hunting};
 
-/// What is shown of a course at most, in points.
+/// Largest number of points of a curve.
 const POINTS: usize = 4000;
 
 /// A prediction for the controller of a preset.
 #[derive(Clone, Debug)]
 pub struct HuntingRun {
-    /// The bench, with the friction that was looked at as the own one of its model.
+    /// The bench, with the examined friction as the own friction of its model.
     pub preset: Preset<f64>,
-    /// What is predicted.
+    /// The prediction.
     pub prediction: HuntingPrediction,
     plan: HuntingPlan,
 }
@@ -32,17 +32,17 @@ impl HuntingRun {
         Ok(HuntingRun { preset: *preset, prediction, plan: *plan })
     }
 
-    /// What a reader should know.
+    /// Remarks for the report.
     pub fn remarks(&self) -> Vec<String> {
         let HuntingPrediction { hunting, described, count, .. } = &self.prediction;
         let mut remarks = vec![match hunting {
             Some(hunting) => format!(
-                "It hunts: ±{} about the set-point, a slip every {}.",
+                "Hunting predicted: ±{} about the set-point, a slip every {}.",
                 tied(&Estimate::new(hunting.amplitude, "rad")),
                 tied(&Estimate::new(hunting.interval, "s"))
             ),
             None => format!(
-                "It comes to rest: after {} it moves no more than {} counts of {}, or too slowly to be seen in {}.",
+                "No hunting predicted: after {} the motion is at most {} counts of {}, or too slow to be observed in {}.",
                 tied(&Estimate::new(self.plan.from, "s")),
                 self.plan.counts,
                 tied(&Estimate::new(*count, "rad")),
@@ -52,12 +52,14 @@ impl HuntingRun {
         let oscillates = described.iter().find(|it| it.radius >= 1.0);
         remarks.push(match oscillates {
             Some(at) => format!(
-                "Even the describing function finds an oscillation, at {}: the loop does not bear every damping.",
+                "The describing function also predicts an oscillation, at {}: the loop is unstable for some damping.",
                 tied(&Estimate::new(at.amplitude, "rad/s"))
             ),
-            None => "The describing function predicts no hunting, as for every loop that bears any damping: it is no \
-                     predictor."
-                .into(),
+            None => {
+                "The describing function predicts no hunting, as for every loop that is stable for any damping: it \
+                     is not a reliable predictor."
+                    .into()
+            }
         });
         remarks
     }
@@ -72,7 +74,7 @@ impl HuntingRun {
         Table::new(["number", "value"])
             .row(["amplitude".into(), cell(of(|it| it.amplitude), "rad")])
             .row(["interval between slips".into(), cell(of(|it| it.interval), "s")])
-            .row(["slips that were followed".into(), cell(of(|it| it.slips as f64), "1")])
+            .row(["simulated slips".into(), cell(of(|it| it.slips as f64), "1")])
             .row(["describing function: largest pole".into(), cell(Some(radius), "1")])
     }
 
@@ -102,12 +104,12 @@ impl HuntingRun {
         summary
     }
 
-    /// All figures with the names of their files.
+    /// All figures with file name and caption.
     fn figures(&self) -> Vec<Captioned> {
         let HuntingPrediction { deviations, period, map, described, count, .. } = &self.prediction;
         let stride = deviations.len().div_ceil(POINTS).max(1);
         let course = deviations.iter().enumerate().step_by(stride).map(|(k, e)| (k as f64 * period, 1e3 * e));
-        let course = Figure::new("Deviation at a set-point that rests")
+        let course = Figure::new("Deviation at a constant set-point")
             .x(Axis::new("time", "s"))
             .y(Axis::new("deviation", "mrad"))
             .series(Series::line(Role::Trace(0), "predicted", course));
@@ -116,13 +118,13 @@ impl HuntingRun {
         let far = map.last().map_or(1.0, |(before, _)| 1e3 * before);
         let events = Figure::new("From standstill to standstill")
             .x(Axis::new("deviation at a standstill", "mrad").stretched())
-            .y(Axis::new("at the next", "mrad"))
+            .y(Axis::new("at the next standstill", "mrad"))
             .series(Series::line(Role::Trace(0), "map", ends.collect::<Vec<_>>()))
-            .series(Series::line(Role::Reference, "as far on the other side", [(counts, -counts), (far, -far)]));
+            .series(Series::line(Role::Reference, "equal on the other side", [(counts, -counts), (far, -far)]));
         let radii = described.iter().map(|it| (it.amplitude, it.radius));
         let first = described.first().map_or(0.0, |it| it.amplitude);
         let last = described.last().map_or(1.0, |it| it.amplitude);
-        let describing = Figure::new("What the describing function sees")
+        let describing = Figure::new("Describing function")
             .x(Axis::new("amplitude of the velocity", "rad/s").stretched())
             .y(Axis::new("largest pole", "1"))
             .series(Series::line(Role::Trace(0), "with the equivalent damping", radii))
@@ -132,20 +134,23 @@ impl HuntingRun {
             (
                 "course.svg",
                 course,
-                format!("The believed drive with a breakaway torque of {breakaway} under this controller, no noise, no counts."),
+                format!(
+                    "The modelled drive with a breakaway torque of {breakaway} under this controller, without noise and \
+                     counts."
+                ),
             ),
             (
                 "map.svg",
                 events,
-                "Where the map is nearer to 0 than the line, a deviation grows smaller from slip to slip; where both meet, \
+                "Where the map is nearer to 0 than the line, a deviation decreases from slip to slip; where both meet, \
                  the drive hunts with that deviation."
                     .into(),
             ),
             (
                 "describing.svg",
                 describing,
-                "Friction as the damping that a sine would feel: below 1 everywhere, so no limit cycle is predicted, \
-                 whatever the drive does above."
+                "Friction as the equivalent damping of a sine: below 1 everywhere no limit cycle is predicted, even if the \
+                 drive hunts in simulation."
                     .into(),
             ),
         ]

@@ -1,7 +1,7 @@
 //! The work on the bench in steps that leave files: measure, fit, design, render.
 //!
 //! Each step is a function from values to a result, and a result writes itself into a folder: `summary.json`, the
-//! report, tables. The next step reads what the one before has written; [`demo`](crate::demo) does all on one bench.
+//! report, tables. The next step reads the files of the one before; [`demo`](crate::demo) does all on one bench.
 
 pub mod calibrate;
 pub mod correct;

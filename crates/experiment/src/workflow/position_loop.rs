@@ -1,4 +1,4 @@
-//! The loop of a position controller on the believed axis: how stable, how fast, how noisy, in numbers and figures.
+//! The loop of a position controller on the modelled axis: stability, speed and noise, in numbers and figures.
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -15,13 +15,13 @@ use stickslip_design::{
     CORNER_LIMIT, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, axis_control, corners, tune,
 };
 
-/// Name of the file that other commands take as `--preset`: the bench with the controller that was judged.
+/// File name of the bench with this controller, an argument of `--preset`.
 pub const PRESET: &str = "preset.toml";
 
-/// Time over which steps are shown [s].
+/// Duration of the shown steps [s].
 pub const SHOWN: f64 = 0.4;
 
-/// What a search may leave of a limit.
+/// Tolerance of a search on a limit.
 pub(crate) const TOLERANCE: f64 = 1.01;
 
 /// A loop about one operating point.
@@ -29,38 +29,39 @@ pub(crate) const TOLERANCE: f64 = 1.01;
 pub struct OperatingLoop {
     /// `sliding` or `stuck`.
     pub name: &'static str,
-    /// What the load does.
+    /// Regime of the load.
     pub at: Operating,
-    /// What the loop is worth.
+    /// Margins and noise of the loop.
     pub quality: LoopQuality,
-    /// The believed axis.
+    /// The modelled axis.
     pub axis: StateSpace,
     /// The open loop.
     pub gain: StateSpace,
     /// The closed loop.
     pub closed: StateSpace,
-    /// Where the loop gain is looked at [rad/s].
+    /// Frequencies of the loop gain [rad/s].
     pub frequencies: Vec<f64>,
 }
 
-/// The loop of a controller, the load sliding and stuck, and its corners.
+/// The loop of a controller, the load sliding and stuck, and in its corners.
 #[derive(Clone, Debug)]
 pub struct LoopRun {
-    /// The bench, with the controller that was judged.
+    /// The bench with its controller.
     pub preset: Preset<f64>,
     /// Sliding, then stuck.
     pub operating: [OperatingLoop; 2],
-    /// What the corners of load inertia and coupling stiffness do, the worst first.
+    /// Results in the corners of load inertia and coupling stiffness, the worst first.
     pub corners: Vec<Corner>,
 }
 
 pub use stickslip_design::{as_cascade, as_pid, as_predictive, as_state_feedback};
 
 impl LoopRun {
-    /// Judges the controller of a preset on what the preset believes, the load sliding at `velocity` [rad/s] and stuck.
+    /// Analyses the controller of a preset on the preset's model, with the load sliding at `velocity` [rad/s] and
+    /// stuck.
     ///
     /// # Errors
-    /// What the linearisation refuses.
+    /// Errors of the linearisation.
     pub fn new(preset: &Preset<f64>, velocity: f64) -> Result<Self, Error> {
         let control = axis_control(&preset.model, &preset.bench)?;
         let operating = operating(velocity).map(|(_, at)| at);
@@ -68,13 +69,13 @@ impl LoopRun {
         Ok(LoopRun { corners, ..Self::glance(preset, velocity)? })
     }
 
-    /// The same without corners, of which it then has none: in a fifth of the time.
+    /// The same without corners, in a fifth of the time.
     ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn glance(preset: &Preset<f64>, velocity: f64) -> Result<Self, Error> {
         let control = axis_control(&preset.model, &preset.bench)?;
-        let judge = |(name, at): (&'static str, Operating)| -> Result<_, Error> {
+        let analyse = |(name, at): (&'static str, Operating)| -> Result<_, Error> {
             let closes = PositionLoop::new(control, &preset.model, &preset.bench, at)?;
             let (gain, closed) = (closes.gain()?, closes.closed()?);
             let frequencies = gain.frequencies()?;
@@ -85,7 +86,7 @@ impl LoopRun {
         Ok(LoopRun { preset: *preset, operating: [sliding?, stuck?], corners: Vec::new() })
     }
 
-    /// The same with a controller that is tuned first, see [`tune`].
+    /// The same with automatic tuning first, see [`tune`].
     ///
     /// # Errors
     /// As [`tune`].
@@ -97,7 +98,7 @@ impl LoopRun {
         Self::new(&preset, velocity)
     }
 
-    /// Whether the loop keeps what a fair tuning asks for.
+    /// Whether the loop meets all robustness limits.
     pub fn is_fair(&self) -> bool {
         let within = |it: &OperatingLoop| {
             it.quality.stable && it.quality.margins.sensitivity.value <= TOLERANCE * SENSITIVITY_LIMIT
@@ -106,22 +107,22 @@ impl LoopRun {
             && self.corners.iter().all(|corner| corner.sensitivity <= TOLERANCE * CORNER_LIMIT)
     }
 
-    /// Whether counts and tacho make no more noise of the commanded torque than a fair tuning admits, the load sliding.
+    /// Whether the noise of the commanded torque by counts and tacho is within its limit, with the load sliding.
     pub fn is_quiet(&self) -> bool {
         let limit = NOISE_LIMIT * self.preset.bench.controller.torque_limit();
         self.operating[0].quality.noise_torque <= TOLERANCE * limit
     }
 
-    /// What a reader should know.
+    /// Remarks for the report.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         for it in &self.operating {
             let peak = it.quality.margins.sensitivity;
             if !it.quality.stable {
-                remarks.push(format!("The loop is not stable while the load is {}: lower its gains.", it.name));
+                remarks.push(format!("The loop is unstable while the load is {}: reduce its gains.", it.name));
             } else if peak.value > TOLERANCE * SENSITIVITY_LIMIT {
                 remarks.push(format!(
-                    "While the load is {} the sensitivity rises to {} at {} Hz, beyond the {} of a fair tuning.",
+                    "While the load is {} the sensitivity reaches {} at {} Hz; the robustness limit is {}.",
                     it.name,
                     number(peak.value, 2),
                     number(peak.frequency / TAU, 0),
@@ -131,24 +132,24 @@ impl LoopRun {
         }
         if let Some(worst) = self.corners.first().filter(|worst| worst.sensitivity > TOLERANCE * CORNER_LIMIT) {
             remarks.push(format!(
-                "With {} × the load inertia and {} × the coupling stiffness {}: it does not bear what may be wrong with \
+                "With {} × the load inertia and {} × the coupling stiffness {}: not robust against the uncertainty of \
                  the model.",
                 worst.load_inertia,
                 worst.coupling_stiffness,
                 if worst.sensitivity.is_finite() {
-                    format!("the sensitivity rises to {}", number(worst.sensitivity, 2))
+                    format!("the sensitivity reaches {}", number(worst.sensitivity, 2))
                 } else {
-                    "the loop is not stable".into()
+                    "the loop is unstable".into()
                 }
             ));
         }
         if remarks.is_empty() {
-            remarks.push("The loop keeps what a fair tuning asks for, sliding, stuck and in all corners.".into());
+            remarks.push("Meets all robustness limits: sliding, stuck and in all corners.".into());
         }
         remarks
     }
 
-    /// Numbers of both operating points beside each other.
+    /// Numbers of both operating points.
     pub fn table(&self) -> Table {
         let [sliding, stuck] = &self.operating;
         let numbers = |it: &OperatingLoop| numbers(&it.quality);
@@ -223,7 +224,7 @@ impl LoopRun {
         self.report(command).write_all(summary, [], directory)
     }
 
-    /// A line each for sliding and stuck.
+    /// One line each for sliding and stuck.
     fn both(&self, figure: Figure, line: impl Fn(&OperatingLoop, &[Complex<f64>]) -> Vec<(f64, f64)>) -> Figure {
         self.operating.iter().enumerate().fold(figure, |figure, (index, it)| {
             let gains = it.gain.response(&it.frequencies);
@@ -231,36 +232,36 @@ impl LoopRun {
         })
     }
 
-    /// All figures with the names of their files.
+    /// All figures with file name and caption.
     fn figures(&self) -> Vec<Captioned> {
         vec![
             (
                 "magnitude.svg",
                 self.magnitude(),
-                "Where it is above 0 dB the controller decides, below it the axis does.".into(),
+                "Above 0 dB the controller determines the motion, below it the axis.".into(),
             ),
             ("phase.svg", self.phase(), "At −180° the loop gain must be below 0 dB.".into()),
             (
                 "nyquist.svg",
                 self.nyquist(),
-                "A loop that stays outside the circle has a sensitivity below 1.8 everywhere.".into(),
+                "Outside the circle the sensitivity is below 1.8 at all frequencies.".into(),
             ),
             (
                 "sensitivity.svg",
                 self.sensitivity(),
-                "By how much the loop amplifies what disturbs it; below 1 it helps.".into(),
+                "Amplification of disturbances by the loop; below 1 they are reduced.".into(),
             ),
             (
                 "setpoint_step.svg",
                 self.step("Step of the set-point", "rad", 0, 1.0),
-                "The angle after a set-point of 1 rad, no limit reached.".into(),
+                "Angle after a set-point step of 1 rad, without limits.".into(),
             ),
             (
                 "load_step.svg",
                 self.step("Step of the load torque", "mrad", 2, 100.0),
-                "The angle after 0.1 N·m against the load.".into(),
+                "Angle after a load torque step of 0.1 N·m.".into(),
             ),
-            ("poles.svg", self.poles(), "In z: what lies within the circle dies out.".into()),
+            ("poles.svg", self.poles(), "In the z plane: poles within the circle decay.".into()),
         ]
     }
 
@@ -274,7 +275,7 @@ impl LoopRun {
         self.both(figure, |it, gains| it.over_frequency(unwrapped(gains.iter().copied(), -180.0)))
     }
 
-    /// The loop gain in the complex plane, with the circle that the limit of the sensitivity draws about −1.
+    /// The loop gain in the complex plane, with the circle of the sensitivity limit about −1.
     fn nyquist(&self) -> Figure {
         let circle = (0..=120).map(|k| f64::from(k) * TAU / 120.0).map(|angle| {
             let radius = 1.0 / SENSITIVITY_LIMIT;
@@ -296,7 +297,7 @@ impl LoopRun {
         let last = self.operating[0].frequencies.last().map_or(1.0, |last| last / TAU);
         let limit = [0.0, last].map(|f| (f, SENSITIVITY_LIMIT));
         self.both(figure, |it, gains| it.over_frequency(gains.iter().map(|l| 1.0 / size(*l + 1.0))))
-            .series(Series::line(Role::Reference, "limit of a fair tuning", limit))
+            .series(Series::line(Role::Reference, "robustness limit", limit))
     }
 
     /// The angle after a step of this input of the closed loop, times a scale.
@@ -338,12 +339,12 @@ fn frequency() -> Axis {
     Axis::new("frequency", "Hz").stretched()
 }
 
-/// What the load does where a loop is judged: its name, and what it is.
+/// Operating points of a loop, with names.
 fn operating(velocity: f64) -> [(&'static str, Operating); 2] {
     [("sliding", Operating::Sliding(velocity)), ("stuck", Operating::Stuck)]
 }
 
-/// Key, words, unit and value of what a loop is worth; no value where nothing limits it.
+/// Key, words, unit and value of a loop's numbers; no value without a limit.
 pub fn numbers(quality: &LoopQuality) -> Vec<(&'static str, &'static str, &'static str, Option<f64>)> {
     let LoopQuality { margins, bandwidth, noise_torque, .. } = quality;
     let degrees = margins.phase.map(|phase| phase.value.to_degrees());
@@ -352,12 +353,7 @@ pub fn numbers(quality: &LoopQuality) -> Vec<(&'static str, &'static str, &'stat
         ("sensitivity_peak_at", "… at", "Hz", Some(margins.sensitivity.frequency / TAU)),
         ("complementary_peak", "peak of the complementary sensitivity M_t", "1", Some(margins.complementary.value)),
         ("gain_margin", "gain margin", "1", margins.gain.map(|gain| gain.value)),
-        (
-            "gain_reduction",
-            "gain down to which it is stable",
-            "1",
-            Some(margins.gain_reduction.map_or(0.0, |gain| gain.value)),
-        ),
+        ("gain_reduction", "lower gain margin", "1", Some(margins.gain_reduction.map_or(0.0, |gain| gain.value))),
         ("phase_margin", "phase margin", "°", degrees),
         ("delay_margin", "delay margin", "s", margins.delay.map(|delay| delay.value)),
         ("crossover", "crossover", "Hz", margins.phase.map(|phase| phase.frequency / TAU)),

@@ -1,4 +1,4 @@
-//! Rendering: the load motor gives the difference, and the friction is measured again under it.
+//! Rendering: the load motor adds the difference torque, and the friction is measured again.
 
 use std::path::Path;
 
@@ -25,37 +25,39 @@ use stickslip_design::{
 };
 use stickslip_simulate::rendering_law;
 
-/// Speed up to which the sweep through standstill goes [rad/s].
+/// Highest speed of the sweep through standstill [rad/s].
 const SWEEP_SPEED: f64 = 1.5;
-/// How fast it does [rad/s²].
+/// Its acceleration [rad/s²].
 const SWEEP_ACCELERATION: f64 = 1.5;
 
-/// Name of the table of what was measured under the law, without ending.
+/// Name of the data table measured under the law, without ending.
 pub const RENDERED: &str = "rendered";
 
-/// A law, and what was measured under it.
+/// A law, and the measurement under it.
 #[derive(Clone, Debug)]
 pub struct Rendering {
     /// The plan of the measurement.
     pub plan: FrictionPlan<f64>,
     /// Desired and own characteristic, the limit of the torque, and the interval around standstill in which the law
-    /// that rendered gives none or less.
+    /// renders no torque or less.
     pub law: DifferenceTorque<f64>,
-    /// The friction as measured under the law.
+    /// The friction measured under the law.
     pub curve: FrictionCurve,
-    /// Sweep through standstill under the law; empty where the run was cancelled.
+    /// Sweep through standstill under the law; empty if the run was cancelled.
     pub sweep: Vec<Frame>,
-    /// Standard deviation of the estimated velocity that the data sheet predicts [rad/s].
+    /// Standard deviation of the estimated velocity predicted by the data sheet [rad/s].
     pub velocity_noise: f64,
-    /// How far the law is from chatter.
+    /// Stability margin of the law.
     pub margin: Margin,
 }
 
-/// Renders the desired friction on a bench that is homed and knows its own friction, and measures it.
+/// Renders and measures the desired friction on a homed bench with identified own friction.
 ///
 /// # Errors
-/// [`Error::Cancelled`] where nothing was gained, afterwards the rendering is not [complete](Rendering::complete);
-/// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable) and [`DesignError::Chatters`](stickslip_design::DesignError::Chatters) before anything moves; [`Error::BenchFault`]; what the design functions refuse.
+/// [`Error::Cancelled`] without any data; afterwards the rendering is not [complete](Rendering::complete);
+/// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable) and
+/// [`DesignError::Chatters`](stickslip_design::DesignError::Chatters) before any motion; [`Error::BenchFault`]; errors
+/// of the design.
 pub fn render(
     plan: &FrictionPlan<f64>,
     desired: &Stribeck<f64>,
@@ -72,7 +74,7 @@ pub fn render(
     Ok(Rendering { curve, sweep, ..planned })
 }
 
-/// Speed up to which the law that is set renders nothing, or less than the difference [rad/s].
+/// Speed up to which the active law renders no torque, or less than the difference [rad/s].
 pub fn faded_below(settings: &Settings<f64>) -> f64 {
     match settings.law {
         LawChoice::Paper | LawChoice::Smooth | LawChoice::Karnopp => settings.fade_velocity,
@@ -81,10 +83,10 @@ pub fn faded_below(settings: &Settings<f64>) -> f64 {
 }
 
 impl Rendering {
-    /// Before anything is measured: what would be rendered, and the law that does it.
+    /// The planned rendering and its law, before any measurement.
     ///
     /// # Errors
-    /// As [`render`], but for those of the bench.
+    /// As [`render`], without those of the bench.
     pub fn planned(
         plan: &FrictionPlan<f64>,
         desired: &Stribeck<f64>,
@@ -103,12 +105,12 @@ impl Rendering {
         Ok((Rendering { plan: *plan, law, curve, sweep: Vec::new(), velocity_noise, margin }, renders))
     }
 
-    /// What is missing on each plateau that counts, outside the fade-out.
+    /// Missing torque on each valid plateau outside the fade-out.
     pub(crate) fn missing(&self) -> Vec<Missing> {
         missing(&self.curve, &self.law.desired, self.law.fade_velocity)
     }
 
-    /// Whether it came to its end.
+    /// Whether it was completed.
     pub fn complete(&self) -> bool {
         self.curve.complete && !self.sweep.is_empty()
     }
@@ -123,19 +125,19 @@ impl Rendering {
         self.curve.rms_from(&self.law.desired, |speed| speed <= self.law.fade_velocity)
     }
 
-    /// What the law can be expected to leave inside [N m], for the spread of the estimated velocity on each plateau:
-    /// noise of the observer and motion of the load, which the steps at the fade limits shake.
+    /// RMS error inside expected under the law [N m], for the spread of the estimated velocity on each plateau: noise
+    /// of the observer and motion of the load, excited by the steps at the fade limits.
     pub fn expected_inside_fade(&self) -> f64 {
         let plateaus = self.curve.kept().map(|plateau| (plateau.set_velocity, plateau.velocity_spread));
         expected_inside_fade(&self.law, plateaus)
     }
 
-    /// The same for a load that moves steadily [N m]: by the observer's noise alone, as the data sheet predicts it.
+    /// The same for a load in steady motion [N m]: by the observer's noise alone, as the data sheet predicts it.
     pub fn expected_inside_fade_if_steady(&self) -> f64 {
         expected_inside_fade(&self.law, self.plan.speeds().map(|speed| (speed, self.velocity_noise)))
     }
 
-    /// The numbers that a reader looks for first; those that are not known yet are left out.
+    /// The key numbers, as far as they are available.
     fn keys(&self) -> Vec<(&'static str, Estimate)> {
         let missing = self.missing();
         let [outside, uncertainty] = rms(&missing);
@@ -160,7 +162,7 @@ impl Rendering {
         })
     }
 
-    /// Speed up to which curves are drawn [rad/s]: beyond the plan, where the difference torque changes its sign.
+    /// Highest speed of the curves [rad/s]: beyond the plan, up to the change of sign of the difference torque.
     pub(crate) fn drawn_to(&self) -> f64 {
         1.6 * self.plan.fastest
     }
@@ -185,7 +187,7 @@ impl Rendering {
             .result("render.step_at_fade", self.step_at_fade(), "N m");
     }
 
-    /// What came out, in lines for a terminal.
+    /// The results, in lines for a terminal.
     pub fn lines(&self) -> Vec<String> {
         let breakaway = self.law.desired.breakaway_torque;
         let percent = |torque: f64| number(100.0 * torque / breakaway, 2);
@@ -205,39 +207,39 @@ impl Rendering {
         ]
     }
 
-    /// What came out, in a sentence.
+    /// The result, in a sentence.
     pub(crate) fn verdict(&self) -> String {
         if self.law.fade_velocity == 0.0 {
             return format!(
-                "Rendered by the load motor through observer, current control and all delays, the desired friction is \
-                 met within {}.",
+                "The load motor renders the desired friction through observer, current control and all delays with a \
+                 deviation of {}.",
                 self.over_breakaway(self.error_outside_fade()),
             );
         }
-        let met = format!(
-            "Rendered by the load motor through observer, current control and all delays, the desired friction is \
-             met within {} outside the fade-out",
+        let result = format!(
+            "The load motor renders the desired friction through observer, current control and all delays with a \
+             deviation of {} outside the fade-out",
             self.over_breakaway(self.error_outside_fade()),
         );
-        // A plan may measure faster than that alone.
+        // All speeds of a plan may be above the fade-out.
         let inside = self.error_inside_fade();
         if inside.is_nan() {
-            return format!("{met}; inside nothing was measured.");
+            return format!("{result}; no speed inside was measured.");
         }
         format!(
-            "{met} and {} inside, where {} is expected.",
+            "{result} and {} inside; expected inside: {}.",
             self.over_breakaway(inside),
             self.over_breakaway(self.expected_inside_fade()),
         )
     }
 
-    /// Figures 12 to 14 of the paper, and its step at the fade limits from close by; `own` is the friction that was
-    /// measured before, where it is at hand.
+    /// Figures 12 to 14 of the paper, and a detail of the step at the fade limits; `own` is the friction measured
+    /// before, if available.
     pub fn figures(&self, own: Option<Series>) -> [(&'static str, Figure, String); 4] {
         [self.own_and_desired(own), self.desired_and_rendered(), self.load_torque(), self.sweep_through_standstill()]
     }
 
-    /// Figure 12: own friction as measured, and the desired characteristic.
+    /// Figure 12: measured own friction, and the desired characteristic.
     fn own_and_desired(&self, own: Option<Series>) -> Captioned {
         let fastest = self.drawn_to();
         let figure = own
@@ -247,8 +249,8 @@ impl Rendering {
             .series(Series::line(Role::Desired, "desired", curve(&self.law.desired, fastest)));
         let widest = grid(fastest).map(|velocity| self.law.torque(velocity).abs()).fold(0.0, f64::max);
         let caption = format!(
-            "Own friction at the preload that was set, measured, and what the axis shall feel like; figure 12 of the \
-             paper. The load motor has to bridge up to {}.",
+            "Own friction measured at the active preload, and desired friction; figure 12 of the paper. The load motor \
+             renders a difference of up to {}.",
             torque(widest),
         );
         ("figure-12.svg", figure, caption)
@@ -257,38 +259,38 @@ impl Rendering {
     /// Figure 13: desired characteristic, and the friction measured under the rendering law.
     fn desired_and_rendered(&self) -> Captioned {
         let (fastest, fade) = (self.drawn_to(), self.law.fade_velocity);
-        let figure = friction("Desired characteristic, and friction measured under it")
+        let figure = friction("Desired and rendered friction")
             .interval(-fade, fade, "fade-out")
             .series(Series::points(Role::Rendered, "measured", points(&self.curve)))
             .series(Series::line(Role::Own, "own", curve(&self.law.own, fastest)))
             .series(Series::line(Role::Desired, "desired", curve(&self.law.desired, fastest)))
             .series(plateaus(Role::Rendered, &self.curve));
         let mut caption = format!(
-            "Measured again while the load motor renders the difference; figure 13 of the paper. Outside the fade-out \
-             the plateaus lie {} rms from the desired characteristic",
+            "Friction measured while the load motor renders the difference; figure 13 of the paper. Outside the fade-out \
+             the plateaus deviate by {} rms from the desired characteristic",
             self.over_breakaway(self.error_outside_fade()),
         );
         let inside = self.error_inside_fade();
         if !inside.is_nan() {
-            caption += &format!(", inside, where only the mechanics acts, {}", self.over_breakaway(inside));
+            caption += &format!(", inside, where only the mechanics acts, by {}", self.over_breakaway(inside));
         }
         caption.push('.');
         ("figure-13.svg", figure, caption)
     }
 
-    /// Figure 14: difference torque as the law asks for it, and the load motor's by its current.
+    /// Figure 14: difference torque of the law, and torque of the load motor by its current.
     fn load_torque(&self) -> Captioned {
         let (fastest, fade) = (self.drawn_to(), self.law.fade_velocity);
         let measured = self
             .curve
             .kept()
             .flat_map(|plateau| plateau.blocks.iter().map(|block| (block.velocity, block.load_torque)));
-        let asked = grid(fastest).map(|velocity| (velocity, self.law.torque(velocity)));
+        let commanded = grid(fastest).map(|velocity| (velocity, self.law.torque(velocity)));
         let figure = load("Difference torque, and torque of the load motor")
             .x(Axis::new("speed Ω", "rad/s").stretched())
             .interval(-fade, fade, "fade-out")
             .series(Series::points(Role::Rendered, "measured", measured))
-            .series(Series::line(Role::Reference, "difference torque", asked));
+            .series(Series::line(Role::Reference, "difference torque", commanded));
         let caption = "The reference of the load motor's current control, and its torque by the current sensor; \
                        figure 14 of the paper.";
         ("figure-14.svg", figure, caption.into())
@@ -301,17 +303,17 @@ impl Rendering {
             self.sweep.iter().map(|frame| (frame.signals.estimated_velocity, value(frame))).collect::<Vec<_>>()
         };
         let limit = self.sweep.iter().fold(0.0, |most: f64, frame| most.max(frame.signals.estimated_velocity.abs()));
-        let asked = (0..=POINTS)
+        let commanded = (0..=POINTS)
             .map(|k| limit * (2.0 * k as f64 / POINTS as f64 - 1.0))
             .map(|velocity| (velocity, self.law.torque(velocity)));
         let figure = load("Sweep through standstill")
             .x(Axis::new("estimated speed Ω", "rad/s"))
             .interval(-fade, fade, "fade-out")
             .series(Series::points(Role::Rendered, "measured", of(|frame| frame.signals.measured_load_torque)))
-            .series(Series::line(Role::Reference, "difference torque", asked));
+            .series(Series::line(Role::Reference, "difference torque", commanded));
         let caption = format!(
-            "A slow sweep both ways: at the limits of the fade-out, ± {}, the difference torque steps by {}. The step \
-             that figure 14 of the paper shows, from close by.",
+            "A slow sweep in both directions: at the limits of the fade-out, ± {}, the difference torque steps by {}; a \
+             detail of figure 14 of the paper.",
             tied(&Estimate::new(fade, "rad/s")),
             torque(self.step_at_fade()),
         );
@@ -324,27 +326,27 @@ impl Rendering {
         (self.law.desired.magnitude(fade) - self.law.own.magnitude(fade)).abs()
     }
 
-    /// A torque as people compare it: "1.23 % of M_S", the desired breakaway torque.
+    /// A torque relative to the desired breakaway torque: "1.23 % of M_S".
     pub(crate) fn over_breakaway(&self, torque: f64) -> String {
         format!("{}\u{a0}% of M_S", number(100.0 * torque / self.law.desired.breakaway_torque, 2))
     }
 }
 
-/// A rendering with what it takes to run it again.
+/// A rendering, with preset and seed to repeat it.
 #[derive(Clone, Debug)]
 pub struct RenderRun {
-    /// The bench, its belief of the own friction and the desired one included.
+    /// The bench, with the model of the own friction and the desired friction.
     pub preset: Preset<f64>,
-    /// Seed of its noise, where the bench is virtual and in this process.
+    /// Seed of its noise, for a virtual bench in this process.
     pub seed: Option<u64>,
-    /// The own friction as measured before, where it is at hand.
+    /// The own friction measured before, if available.
     pub own: Option<Series>,
-    /// What was measured, and how it was corrected.
+    /// The measurements and their corrections.
     pub corrected: Corrected<Rendering>,
 }
 
-/// Switches a virtual bench on, homes it and renders `bench.desired` with `model.own` as its own friction, corrected at
-/// most so many times.
+/// Switches a virtual bench on, homes it and renders `bench.desired` with `model.own` as its own friction, with at most
+/// `corrections` corrections.
 ///
 /// # Errors
 /// As [`render`].
@@ -362,17 +364,17 @@ pub fn render_run(
 }
 
 impl RenderRun {
-    /// The measurement under the correction that is kept.
+    /// The measurement under the best correction.
     pub fn rendering(&self) -> &Rendering {
         &self.corrected.best().measured
     }
 
-    /// Whether it came to its end.
+    /// Whether it was completed.
     pub fn complete(&self) -> bool {
         self.rendering().complete() && self.corrected.stopped != Stopped::Cancelled
     }
 
-    /// How the corrections went, in lines for a terminal; none where none was asked for.
+    /// Results of the corrections, in lines for a terminal; empty without corrections.
     pub fn lines(&self) -> Vec<String> {
         let Corrected { iterations, kept, stopped } = &self.corrected;
         if iterations.len() == 1 && *stopped == Stopped::Enough {
@@ -380,10 +382,10 @@ impl RenderRun {
         }
         let breakaway = self.rendering().law.desired.breakaway_torque;
         let line = |(k, iteration): (usize, &Iteration<Rendering>)| {
-            let mark = if k == *kept { ", kept" } else { "" };
+            let mark = if k == *kept { ", active" } else { "" };
             format!("after {k} corrections        {} % of M_S{mark}", number(100.0 * iteration.error / breakaway, 3))
         };
-        iterations.iter().enumerate().map(line).chain([format!("No more: {stopped}.")]).collect()
+        iterations.iter().enumerate().map(line).chain([format!("Ended: {stopped}.")]).collect()
     }
 
     /// The numbers, under their stable names; `render.complete` is 0 where the run was cancelled.
@@ -430,7 +432,7 @@ impl RenderRun {
         rendering.told_in(report, self.own.as_ref())
     }
 
-    /// The correction that is kept, as columns.
+    /// The best correction, as columns.
     fn correction(&self) -> Option<[Column; 2]> {
         let Correction::Table(table) = self.corrected.best().correction else { return None };
         let column = |name: &str, unit: &str, values: Vec<f64>| Column { name: name.into(), unit: unit.into(), values };
@@ -449,7 +451,7 @@ impl RenderRun {
             summary.file(name);
         }
         write_columns(&mut summary, RENDERED, &columns(&self.rendering().curve), directory)?;
-        // As a measurement of friction leaves it, so that `fit` and comparisons read it.
+        // In the form of a friction measurement, as input of `fit` and comparisons.
         let curve = with_preload(self.rendering().curve.columns(), self.preset.plant.wheel.preload);
         write_columns(&mut summary, FrictionCurve::DATA, &curve, directory)?;
         if let Some(correction) = self.correction() {

@@ -1,9 +1,8 @@
-//! The desired friction while it is being drawn: what a hand on the curve means, and what the bench says to it.
+//! The desired friction while it is edited: the response of the bench to a hand on the curve.
 //!
-//! A [`Sketch`] is what the hand holds: numbers, reference points, a handle that is dragged. [`Sketch::draw`] gives all
-//! that is to be seen: the curve, where its handles are, what can be rendered and why not more. It takes less time than
-//! a picture lasts, so that the curve follows the hand; what would do instead comes when the hand rests
-//! ([`Sketch::thorough`]).
+//! A [`Sketch`] has the input: numbers, reference points, a dragged handle. [`Sketch::draw`] computes all that is
+//! shown: the curve, its handles, the renderable region and its limits. It is faster than a frame of the display, so
+//! that the curve follows the hand; the remedies are computed after the drag ([`Sketch::thorough`]).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,51 +16,51 @@ use stickslip_base::{Error, Preset};
 use stickslip_design::{Passage, Region};
 use stickslip_fit::{PARAMETERS, values, with_values};
 
-/// The handle of M_K lies at so many Stribeck velocities: the drop is over there.
+/// Speed of the handle of M_K, in Stribeck velocities; the drop has ended there.
 const SETTLED: f64 = 8.0;
-/// The lever of b lies at this share of the fastest speed.
+/// Speed of the handle of b, as a share of the fastest speed.
 const LEVER: f64 = 0.9;
-/// A presliding loop goes so many times as far as bristles bend before they slide, in so many steps.
+/// Way of a presliding loop, in bristle deflections at breakaway, and number of its steps.
 const LOOP: f64 = 3.0;
 const STEPS: usize = 60;
-/// The time of a step [s]: so slow that damping does not count.
+/// Time of a step [s], long enough that damping has no effect.
 const SLOWLY: f64 = 10.0;
-/// Speeds that are drawn, at most.
+/// Largest number of drawn speeds.
 const LARGEST_GRID: usize = 4000;
-/// Reference points, at most.
+/// Largest number of reference points.
 const MOST_POINTS: usize = 1000;
-/// What the nearest curve has in hand: whoever looks at other speeds finds it renderable as well.
+/// Reserve of the nearest curve, so that it is renderable between the speeds as well.
 const AIR: f64 = 1.02;
 /// Steps of the search for the nearest curve that can be rendered.
 const BISECTIONS: usize = 16;
 
-/// A desired friction that is being drawn.
+/// An edited desired friction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sketch {
-    /// Breakaway torque [N m], kinetic torque [N m], Stribeck velocity [rad/s], viscous friction [N m s/rad]; those in
-    /// force where there are none.
+    /// Breakaway torque [N m], kinetic torque [N m], Stribeck velocity [rad/s], viscous friction [N m s/rad]; default:
+    /// the active ones.
     #[serde(default)]
     pub desired: Option<[f64; 4]>,
-    /// Bristles: stiffness [N m/rad], damping [N m s/rad], elastic limit as a share; those in force where there are none.
+    /// Bristles: stiffness [N m/rad], damping [N m s/rad], elastic limit as a share; default: the active ones.
     #[serde(default)]
     pub bristles: Option<[f64; 3]>,
     /// Reference points.
     #[serde(default)]
     pub points: Vec<Reference>,
-    /// Whether the curve shall be laid through the points.
+    /// Whether the curve is fitted to the points.
     #[serde(default)]
     pub fit: bool,
-    /// What the hand drags.
+    /// The dragged handle.
     #[serde(default)]
     pub drag: Option<Drag>,
-    /// Whether the curve shall be moved to the nearest that can be rendered.
+    /// Whether the curve is moved to the nearest renderable one.
     #[serde(default)]
     pub nearest: bool,
-    /// Whether to say what would do instead, where it cannot be rendered: a hundred times the time.
+    /// Whether to compute remedies for a curve that cannot be rendered; takes a hundred times longer.
     #[serde(default)]
     pub thorough: bool,
-    /// Speeds at which the curve is to be seen, from 0 on [rad/s].
+    /// Speeds at which the curve is evaluated, at least 0 [rad/s].
     pub speeds: Vec<f64>,
 }
 
@@ -69,11 +68,11 @@ pub struct Sketch {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
-    /// From 0 on [rad/s].
+    /// Speed, at least 0 [rad/s].
     pub speed: f64,
-    /// Above 0 [N m].
+    /// Torque, above 0 [N m].
     pub torque: f64,
-    /// How much it counts beside others.
+    /// Weight relative to other points.
     #[serde(default = "one")]
     pub weight: f64,
 }
@@ -82,28 +81,28 @@ fn one() -> f64 {
     1.0
 }
 
-/// A hand on a handle.
+/// A dragged handle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Drag {
-    /// Which.
+    /// The handle.
     pub handle: Handle,
-    /// Where the hand is [rad/s].
+    /// Speed at the pointer [rad/s].
     pub speed: f64,
-    /// Where the hand is [N m].
+    /// Torque at the pointer [N m].
     pub torque: f64,
-    /// Whether the other parameters follow the reference points.
+    /// Whether the other parameters are fitted to the reference points.
     #[serde(default)]
     pub refit: bool,
 }
 
-/// What a curve is held by.
+/// Handles of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Handle {
     /// M_S, at rest: up and down.
     BreakawayTorque,
-    /// M_K, where the drop is over: up and down.
+    /// M_K, behind the drop: up and down.
     KineticTorque,
     /// Ω_Strib, on the curve: left and right.
     StribeckVelocity,
@@ -117,7 +116,7 @@ pub enum Handle {
 const HANDLES: [Handle; 4] =
     [Handle::BreakawayTorque, Handle::KineticTorque, Handle::StribeckVelocity, Handle::ViscousFriction];
 
-/// What is to be seen of a sketch.
+/// The computed view of a sketch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Drawn {
     /// As [`Sketch::desired`].
@@ -126,9 +125,9 @@ pub struct Drawn {
     pub curve: Vec<f64>,
     /// Own friction at each speed [N m].
     pub own: Vec<f64>,
-    /// The least friction that could be rendered steadily at each speed [N m].
+    /// Smallest friction that can be rendered steadily at each speed [N m].
     pub least: Vec<f64>,
-    /// The largest [N m].
+    /// Largest friction that can be rendered steadily at each speed [N m].
     pub largest: Vec<f64>,
     /// The presliding loop of the desired friction.
     pub desired_loop: Loop,
@@ -138,85 +137,86 @@ pub struct Drawn {
     pub grips: Vec<Grip>,
     /// Whether it can be rendered.
     pub renderable: bool,
-    /// By what the difference torque may be multiplied until a limit is hit; `null`: by anything.
+    /// Factor of the difference torque at which a limit is reached; `null`: unlimited.
     pub margin: Option<f64>,
-    /// What bounds the least and the largest friction.
+    /// Limits of the smallest and the largest friction.
     pub edges: Vec<Edge>,
-    /// Where it cannot be rendered.
+    /// Speed ranges in which it cannot be rendered.
     pub shortages: Vec<SpeedRange>,
-    /// What a reader should know, in sentences.
+    /// Remarks, in sentences.
     pub remarks: Vec<String>,
     /// RMS distance from the reference points [N m]; `null` without any.
     pub distance: Option<f64>,
 }
 
-/// What slow motion back and forth feels, from rest on: the bristles alone, without their damping.
+/// Presliding loop of slow motion back and forth from rest: the bristles without damping.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Loop {
-    /// Way from the begin [rad].
+    /// Way from the start [rad].
     pub angle: Vec<f64>,
-    /// Friction torque there [N m].
+    /// Friction torque [N m].
     pub torque: Vec<f64>,
 }
 
 /// A handle on the curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Grip {
-    /// Which.
+    /// The handle.
     pub handle: Handle,
-    /// As in an equation.
+    /// Symbol.
     pub symbol: String,
     /// Its value.
     pub value: f64,
-    /// In this SI unit.
+    /// SI unit.
     pub unit: String,
-    /// Least and largest value.
+    /// Smallest and largest value.
     pub range: [f64; 2],
-    /// Where it lies [rad/s].
+    /// Its speed in the figure [rad/s].
     pub speed: f64,
-    /// Where it lies [N m].
+    /// Its torque in the figure [N m].
     pub torque: f64,
 }
 
-/// A stretch of speeds in which a limit forbids.
+/// A speed range in which a limit is exceeded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpeedRange {
-    /// From [rad/s].
+    /// Lower end [rad/s].
     pub from: f64,
-    /// To [rad/s].
+    /// Upper end [rad/s].
     pub to: f64,
     /// `current`, `voltage`, `slope`, `response`, `speed`.
     pub limit: String,
-    /// Why, in a sentence.
+    /// Reason, in a sentence.
     pub reason: String,
 }
 
-/// A part of an edge of what can be rendered.
+/// A part of an edge of the renderable region.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Edge {
-    /// Of the largest friction; else of the least.
+    /// Whether it is the edge of the largest friction, not of the smallest.
     pub largest: bool,
-    /// From [rad/s].
+    /// Lower end [rad/s].
     pub from: f64,
-    /// To [rad/s].
+    /// Upper end [rad/s].
     pub to: f64,
-    /// `current`, `voltage`; `wheel` where the law renders nothing and the friction wheel alone tells.
+    /// `current`, `voltage`; `wheel` where the law renders no torque and the friction wheel alone acts.
     pub limit: String,
 }
 
 impl Sketch {
-    /// What is to be seen.
+    /// Computes the view.
     ///
     /// # Errors
-    /// [`Error::CurvePoint`] for a point, a hand or a speed that is none; [`Error::OutOfRange`] for numbers that a desired
-    /// friction cannot have, and for too many of anything; what the design of observer and current control refuses.
+    /// [`Error::CurvePoint`] for an invalid point, pointer or speed; [`Error::OutOfRange`] for numbers outside the
+    /// ranges of a desired friction, and for too many points or speeds; errors of the design of observer and current
+    /// control.
     pub fn draw(&self, preset: &Preset<f64>) -> Result<Drawn, Error> {
         let Preset { model, bench, .. } = preset;
         check_count("reference points", self.points.len(), MOST_POINTS)?;
         check_count("speeds", self.speeds.len(), LARGEST_GRID)?;
         for (index, &speed) in self.speeds.iter().enumerate() {
             if !(speed.is_finite() && speed >= 0.0) {
-                let remedy = "A speed is from 0 on: friction is the same in both directions.";
+                let remedy = "The speed must be at least 0: friction is the same in both directions.";
                 return Err(Error::CurvePoint { index, field: "velocity", value: speed, remedy });
             }
         }
@@ -253,14 +253,14 @@ impl Sketch {
         let design = Design { own: model.own, desired, points, region };
         let judge = if self.thorough { Region::judge } else { Region::glance };
         let verdict = judge(&region, &design.own, &desired, fastest);
-        let seen =
+        let evaluated =
             |value: &dyn Fn(f64) -> f64| self.speeds.iter().map(|speed| short(value(*speed))).collect::<Vec<_>>();
         let faded = wheel_below(bench);
         let able = |side: usize| {
             let torque = |speed: f64| if speed < faded { 0.0 } else { region.at(speed).torque[side] };
-            seen(&|speed| design.own.magnitude(speed) + torque(speed))
+            evaluated(&|speed| design.own.magnitude(speed) + torque(speed))
         };
-        let stretch = |(shortage, reason): (&stickslip_design::Shortage, String)| SpeedRange {
+        let range = |(shortage, reason): (&stickslip_design::Shortage, String)| SpeedRange {
             from: shortage.speeds[0],
             to: shortage.speeds[1],
             limit: shortage.bound.limit.name().into(),
@@ -268,8 +268,8 @@ impl Sketch {
         };
         Ok(Drawn {
             desired: values(&desired),
-            curve: seen(&|speed| desired.magnitude(speed)),
-            own: seen(&|speed| design.own.magnitude(speed)),
+            curve: evaluated(&|speed| desired.magnitude(speed)),
+            own: evaluated(&|speed| design.own.magnitude(speed)),
             least: able(0),
             largest: able(1),
             edges: self.edges(&region, faded),
@@ -278,7 +278,7 @@ impl Sketch {
             grips: grips(&desired, fastest),
             renderable: verdict.renderable(),
             margin: Some(verdict.margin).filter(|margin| margin.is_finite()),
-            shortages: verdict.shortages.iter().zip(verdict.reasons()).map(stretch).collect(),
+            shortages: verdict.shortages.iter().zip(verdict.reasons()).map(range).collect(),
             remarks: design.remarks_on(&verdict),
             distance: Some(design.distance()).filter(|distance| distance.is_finite()),
         })
@@ -286,7 +286,7 @@ impl Sketch {
 }
 
 impl Sketch {
-    /// The stretches in which one limit bounds an edge.
+    /// The speed ranges in which one limit bounds an edge.
     fn edges(&self, region: &Region, faded: f64) -> Vec<Edge> {
         let mut edges: Vec<Edge> = Vec::new();
         for side in [0, 1] {
@@ -303,15 +303,15 @@ impl Sketch {
     }
 }
 
-/// What bounds an edge where the law renders nothing: friction there is that of screw and wheel.
+/// Limit of an edge where the law renders no torque: friction is that of screw and wheel there.
 const WHEEL: &str = "wheel";
 
-/// Speed up to which the law in force renders nothing [rad/s].
+/// Speed up to which the active law renders no torque [rad/s].
 fn wheel_below(settings: &Settings<f64>) -> f64 {
     if matches!(settings.law, LawChoice::Paper) { settings.fade_velocity } else { 0.0 }
 }
 
-/// In as many digits as a picture can show.
+/// Rounded to the digits that a figure can show.
 fn short(value: f64) -> f64 {
     // A number in scientific notation always parses.
     format!("{value:.4e}").parse().unwrap_or(value)
@@ -321,15 +321,15 @@ fn check_count(name: &'static str, count: usize, most: usize) -> Result<(), Erro
     if count <= most {
         return Ok(());
     }
-    let remedy = "A picture has fewer.";
+    let remedy = "Reduce the number.";
     Err(Error::OutOfRange { name, value: count as f64, unit: "1", minimum: 0.0, maximum: most as f64, remedy })
 }
 
-/// What the table of parameters says of each number.
+/// Field description of each number.
 fn field(parameter: usize) -> &'static Field {
     let name = PARAMETERS[parameter].0;
     let fields = <Stribeck<f64> as Fields<f64>>::SHAPE.fields();
-    fields.iter().find(|field| field.name == name).expect("a curve has its parameters")
+    fields.iter().find(|field| field.name == name).expect("a curve has this parameter")
 }
 
 fn check(curve: &Stribeck<f64>) -> Result<(), Error> {
@@ -341,7 +341,7 @@ fn check_bristles(bristles: &Bristles<f64>) -> Result<(), Error> {
     let numbers = [bristles.stiffness, bristles.damping, bristles.elastic_fraction];
     let fields = <Bristles<f64> as Fields<f64>>::SHAPE.fields();
     ["stiffness", "damping", "elastic_fraction"].into_iter().zip(numbers).try_for_each(|(name, value)| {
-        let field = fields.iter().find(|field| field.name == name).expect("bristles have their parameters");
+        let field = fields.iter().find(|field| field.name == name).expect("bristles have this parameter");
         in_range(field, name, value)
     })
 }
@@ -351,7 +351,7 @@ fn in_range(field: &Field, name: &'static str, value: f64) -> Result<(), Error> 
     if (minimum..=maximum).contains(&value) {
         return Ok(());
     }
-    let remedy = "A desired friction that can be written into a parameter file keeps to it.";
+    let remedy = "The desired friction must be within the ranges of a parameter file.";
     Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy })
 }
 
@@ -362,22 +362,22 @@ pub(crate) fn presliding(friction: &Friction<f64>, way: f64) -> Loop {
     let step = way / STEPS as f64;
     let turns = [(1.0, STEPS), (-1.0, 2 * STEPS), (1.0, 2 * STEPS)];
     let mut angle = 0.0;
-    let mut seen = Loop { angle: vec![0.0], torque: vec![0.0] };
+    let mut path = Loop { angle: vec![0.0], torque: vec![0.0] };
     for direction in turns.into_iter().flat_map(|(direction, steps)| std::iter::repeat_n(direction, steps)) {
         let contact = Contact { velocity: direction * step / SLOWLY, ..Contact::default() };
         angle += direction * step;
-        seen.torque.push(short(element.step(&mut state, contact, SLOWLY).torque));
-        seen.angle.push(short(angle));
+        path.torque.push(short(element.step(&mut state, contact, SLOWLY).torque));
+        path.angle.push(short(angle));
     }
-    seen
+    path
 }
 
-/// The curve as the hand wants it, within the ranges of its parameters.
+/// The curve at the dragged position, within the ranges of its parameters.
 fn dragged(curve: &Stribeck<f64>, drag: Drag, fastest: f64) -> Result<Stribeck<f64>, Error> {
     let Drag { handle, speed, torque, .. } = drag;
     for (name, value) in [("velocity", speed), ("torque", torque)] {
         if !value.is_finite() {
-            let remedy = "A hand is somewhere in the picture.";
+            let remedy = "The pointer must be within the figure.";
             return Err(Error::CurvePoint { index: 0, field: name, value, remedy });
         }
     }
@@ -387,8 +387,8 @@ fn dragged(curve: &Stribeck<f64>, drag: Drag, fastest: f64) -> Result<Stribeck<f
         Handle::BreakawayTorque => numbers[0] = torque,
         Handle::KineticTorque => {
             let at = SETTLED * stribeck;
-            let left = drop(curve, at);
-            numbers[1] = (torque - viscous * at - left * breakaway) / (1.0 - left);
+            let share = drop(curve, at);
+            numbers[1] = (torque - viscous * at - share * breakaway) / (1.0 - share);
         }
         Handle::StribeckVelocity => numbers[2] = speed,
         Handle::ViscousFriction => {
@@ -397,7 +397,7 @@ fn dragged(curve: &Stribeck<f64>, drag: Drag, fastest: f64) -> Result<Stribeck<f
         }
         Handle::Line => {
             let up = torque - curve.magnitude(speed.abs());
-            // Both at once, so that the drop stays: neither leaves its range.
+            // Both together, so that the drop remains: neither leaves its range.
             let lowest = field(0).minimum.max(field(1).minimum) - breakaway.min(kinetic);
             let highest = field(0).maximum.min(field(1).maximum) - breakaway.max(kinetic);
             let up = up.clamp(lowest, highest);
@@ -410,7 +410,7 @@ fn dragged(curve: &Stribeck<f64>, drag: Drag, fastest: f64) -> Result<Stribeck<f
     Ok(with_values(curve, numbers))
 }
 
-/// The share of the drop that is left at a speed [rad/s].
+/// Remaining share of the drop at a speed [rad/s].
 fn drop(curve: &Stribeck<f64>, speed: f64) -> f64 {
     with_values(curve, [1.0, 0.0, curve.stribeck_velocity, 0.0]).level(speed)
 }
@@ -429,7 +429,7 @@ fn grips(curve: &Stribeck<f64>, fastest: f64) -> Vec<Grip> {
     values(curve).into_iter().zip(speeds).enumerate().map(grip).collect()
 }
 
-/// On the way from the desired to the own friction the first curve that can be rendered; the desired one where none can.
+/// First renderable curve on the way from the desired to the own friction; the desired one if there is none.
 fn nearest(region: &Region, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Stribeck<f64> {
     let does = |curve: &Stribeck<f64>| region.glance(own, curve, fastest).margin >= AIR;
     let (from, to) = (values(desired), values(own));

@@ -1,4 +1,4 @@
-//! Machines side by side: one a lane.
+//! Machines in vector lanes.
 
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
 use stickslip_core::scalar::Scalar;
@@ -8,12 +8,12 @@ use stickslip_wide::Wide;
 
 use super::FastBench;
 
-/// A number that stands for one run, or for several side by side.
+/// A number of one run, or of several runs in lanes.
 pub trait LaneNumber: Scalar {
-    /// The number of one of them.
+    /// The number of one lane.
     fn lane(self, lane: usize) -> f64;
 
-    /// The same with another number for one of them.
+    /// The same with another number in one lane.
     #[must_use]
     fn with_lane(self, lane: usize, value: f64) -> Self;
 
@@ -61,9 +61,9 @@ impl LaneNumber for Wide {
 }
 
 impl FastBench {
-    /// Machines side by side, each [`beside`](FastBench::beside) the first; lanes that are left repeat the last. `None`
-    /// where there is no machine, or where there are more than lanes.
-    pub fn abreast(machines: &[FastBench]) -> Option<FastBench<Wide>> {
+    /// Machines in lanes, each [`beside`](FastBench::beside) the first; unused lanes repeat the last. `None` without a
+    /// machine, or with more machines than lanes.
+    pub fn in_lanes(machines: &[FastBench]) -> Option<FastBench<Wide>> {
         let (first, last) = (machines.first()?, machines.last()?);
         if machines.len() > LANES {
             return None;
@@ -80,7 +80,7 @@ impl FastBench {
         })
     }
 
-    /// Whether it may run in a lane beside another: all is the same but numbers.
+    /// Whether both may share a vector: they differ in numbers only.
     pub fn beside(&self, other: &FastBench) -> bool {
         let schedule = |it: &FastBench| (it.normals, it.ticks, it.dt.to_bits(), it.divider, it.cycle);
         schedule(self) == schedule(other)
@@ -89,7 +89,7 @@ impl FastBench {
     }
 }
 
-/// One struct of many: number by number, one a lane.
+/// One struct of many: number by number, one machine for each lane.
 fn gather<P: Fields<f64>>(lane: impl Fn(usize) -> P) -> P::With<Wide> {
     let mut all = lane(0).map(&mut Wide::of);
     for index in 1..LANES {
@@ -107,15 +107,15 @@ struct Put {
 
 impl Walk<Wide> for Put {
     fn number(&mut self, _: &'static Field, value: &mut Wide) {
-        value.0[self.lane] = self.numbers.next().expect("a struct has as many numbers over any kind");
+        value.0[self.lane] = self.numbers.next().expect("a struct has the same numbers over any number type");
     }
 }
 
-/// What is in a struct, in the order of declaration.
+/// Contents of a struct, in the order of declaration.
 #[derive(Default)]
 struct Contents {
     numbers: Vec<f64>,
-    /// Choices and fixed counts: what lanes share.
+    /// Choices and fixed counts, which lanes share.
     configuration: Vec<usize>,
 }
 
@@ -135,7 +135,7 @@ impl Walk<f64> for Contents {
 }
 
 fn contents(mut of: impl Fields<f64>) -> Contents {
-    let mut found = Contents::default();
-    of.contents(&mut found);
-    found
+    let mut contents = Contents::default();
+    of.contents(&mut contents);
+    contents
 }

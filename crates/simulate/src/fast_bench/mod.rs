@@ -1,7 +1,7 @@
-//! The virtual bench for who judges: the signal path closed over the machine, faster than any other and seen from within.
+//! Fast simulation with access to the true state: the signal path closed over the machine.
 //!
-//! No homing, no supervision, no commands; nothing that measures may use it, since it shows the truth. Over [`Lanes`]
-//! several machines run side by side, each with the bits that it has alone.
+//! No homing, no supervision, no commands. Measuring code must not use it, since it has access to the true state. Over
+//! [`Lanes`] several machines run in vector lanes, each with the same bits as alone.
 //!
 //! [`Lanes`]: stickslip_core::scalar::Lanes
 
@@ -18,7 +18,7 @@ use stickslip_base::Error;
 use stickslip_base::noise::{Normals, Ticks};
 use stickslip_base::preset::Settings;
 
-/// A machine under software, tick after tick; over lanes as many as there are lanes.
+/// A machine under software, tick after tick; over lanes, one machine for each lane.
 #[derive(Clone, Debug)]
 pub struct FastBench<T = f64> {
     bench: VirtualBench<T>,
@@ -34,7 +34,7 @@ impl FastBench {
     /// A machine at rest, the position controller due every `divider` ticks, with the noise of a seed.
     ///
     /// # Errors
-    /// What the integrator refuses.
+    /// Errors of the integrator.
     pub fn new(
         plant: &Plant<f64>,
         tick: Tick<f64>,
@@ -55,7 +55,7 @@ impl FastBench {
 }
 
 impl<T: LaneNumber> FastBench<T> {
-    /// The next tick under an order, whose schedule is its own.
+    /// The next tick under an order, with its own schedule.
     pub fn tick(&mut self, mut order: Order<T>) -> TickOutput<T> {
         order.schedule(self.cycle, self.divider);
         let noise = self.normals.of_tick(self.cycle).map(&mut T::of);
@@ -65,14 +65,14 @@ impl<T: LaneNumber> FastBench<T> {
         T::tick(&self.bench, steps, &mut self.state, input, T::of(self.dt))
     }
 
-    /// Everything that is true.
-    pub fn truth(&self) -> &BenchState<T> {
+    /// The true state of machine and software.
+    pub fn true_state(&self) -> &BenchState<T> {
         &self.state
     }
 }
 
-/// Settings whose step of the virtual machine shows the jitter of its ticks.
-fn shown_by(settings: &Settings<f64>, plant: &Plant<f64>) -> Settings<f64> {
+/// Settings with a step of the virtual machine short enough for the jitter of its ticks.
+fn with_jitter_step(settings: &Settings<f64>, plant: &Plant<f64>) -> Settings<f64> {
     let longest = if plant.tick_jitter > 0.0 { plant.tick_jitter } else { settings.plant_step };
     Settings { plant_step: settings.plant_step.min(longest), ..*settings }
 }

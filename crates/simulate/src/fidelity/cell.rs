@@ -14,7 +14,7 @@ use stickslip_base::{Error, Preset, Watch};
 /// `None` where the supervision ends the first measurement.
 pub type Correct = fn(&Cell, &Plant<f64>, &Settings<f64>, u64) -> Result<Option<Correction<f64>>, Error>;
 
-/// A bench, what differs from its belief, and a law.
+/// A bench, its difference from the model, and a law.
 #[derive(Clone, Debug)]
 pub struct Cell {
     /// The bench without the mismatch.
@@ -25,7 +25,7 @@ pub struct Cell {
     pub mismatch: Mismatch,
     /// The rendering law of B.
     pub law: Law<f64>,
-    /// How B corrects its curve before a corrected scenario; without one such a scenario runs uncorrected.
+    /// How B corrects its curve before a corrected scenario; default: such a scenario runs uncorrected.
     pub correct: Option<Correct>,
 }
 
@@ -36,14 +36,14 @@ pub struct Runs {
     pub scenarios: Vec<Scenario>,
     /// For each scenario the traces of all seeds.
     pub traces: Vec<Vec<Trace>>,
-    /// The characteristic that is desired.
+    /// The desired characteristic.
     pub desired: Stribeck<f64>,
 }
 
 impl Runs {
-    /// The traces of a scenario, one a seed, or of the one that it is where nothing renders; none where neither was run.
+    /// The traces of a scenario, one for each seed, or those of its uncorrected form; empty if neither was run.
     pub fn of(&self, scenario: Scenario) -> &[Trace] {
-        let index = |wanted| self.scenarios.iter().position(|other| *other == wanted);
+        let index = |scenario| self.scenarios.iter().position(|other| *other == scenario);
         index(scenario).or(index(scenario.uncorrected())).map_or(&[], |index| &self.traces[index])
     }
 
@@ -51,7 +51,7 @@ impl Runs {
     /// number of threads.
     ///
     /// # Errors
-    /// What the design of the software and the integrator refuse; [`Error::Cancelled`].
+    /// Errors of the software's design and of the integrator; [`Error::Cancelled`].
     pub fn simulate(
         cell: &Cell,
         role: Role,

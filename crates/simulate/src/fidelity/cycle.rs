@@ -1,12 +1,12 @@
-//! Limit cycles: how far, how often.
+//! Limit cycles: amplitude and interval.
 
 use super::Trace;
 
-/// Over this time a motion is judged [s].
+/// Averaging time of a motion [s].
 const WINDOW: f64 = 0.03;
-/// Slower than this the load sticks [rad/s]: a fifth of the slowest set-point.
+/// Speed below which the load sticks [rad/s]: a fifth of the slowest set-point.
 const STICKS: f64 = 0.02;
-/// Faster than this it slips [rad/s]. Between the two it does what it did.
+/// Speed above which it slips [rad/s]. Between the two the state is unchanged.
 const SLIPS: f64 = 0.15;
 
 /// A limit cycle of sticking and slipping.
@@ -20,7 +20,7 @@ pub struct LimitCycle {
     pub amplitude: f64,
     /// Mean time between breakaways [s]; NaN without a cycle.
     pub interval: f64,
-    /// How many breakaways there were.
+    /// Number of breakaways.
     pub breakaways: usize,
 }
 
@@ -37,7 +37,7 @@ impl LimitCycle {
             let (low, high) = deviations.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
             0.5 * (high - low)
         };
-        // Hunting goes forth and back: two intervals make its cycle; of stick-slip they make two, as large as one.
+        // Hunting moves forth and back: two intervals are one cycle; for stick-slip they are two cycles of equal size.
         let spans = if count > 2 { 2 } else { 1 };
         let amplitudes: Vec<f64> = breakaways.windows(spans + 1).map(|w| extent(&[w[0], w[spans]])).collect();
         LimitCycle {
@@ -53,15 +53,15 @@ fn breakaways(trace: &Trace, from: f64) -> Vec<usize> {
     let lag = (WINDOW / trace.period).round() as usize;
     let start = (from / trace.period) as usize;
     let mut sticks = false;
-    let mut found = Vec::new();
+    let mut samples = Vec::new();
     for k in start.max(lag)..trace.angle.len() {
         let speed = (trace.angle[k] - trace.angle[k - lag]).abs() / (lag as f64 * trace.period);
         if speed < STICKS {
             sticks = true;
         } else if speed > SLIPS && sticks {
             sticks = false;
-            found.push(k);
+            samples.push(k);
         }
     }
-    found
+    samples
 }

@@ -1,4 +1,4 @@
-//! The laws that are compared, and the width around standstill that some of them need.
+//! The compared laws, and the width around standstill of some of them.
 
 use super::scenario::CLOSED_LOOP;
 use super::{Cell, Role, Runs, Score, scores};
@@ -17,22 +17,22 @@ pub const LAWS: &[(&str, LawChoice<f64>)] = &[
     ("admittance_slow", LawChoice::Admittance(Tracking { bandwidth: 350.0, missing_torque: 0.02 })),
 ];
 
-/// The law that all others are held against.
+/// The reference law.
 pub const PAPER: &str = "paper";
-/// In a list of laws: the one that the bench picks before the run.
+/// Name of the law that the bench selects before the run.
 pub const AUTO: &str = "auto";
 
-/// Half widths of the fade-out that are tried [rad/s].
+/// Tested half widths of the fade-out [rad/s].
 pub const WIDTHS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.5];
-/// Seed of that search, which no comparison uses.
+/// Seed of that search, not used by any comparison.
 pub const SEARCH_SEED: u64 = 1000;
 
-/// The names that a selection takes.
+/// The names for a selection.
 pub fn law_names() -> impl Iterator<Item = &'static str> {
     LAWS.iter().map(|(name, _)| *name).chain([AUTO])
 }
 
-/// Whether a law has a width around standstill: the fade-out, or what stands for it.
+/// Whether a law has a width around standstill: the fade-out, or its counterpart.
 pub fn has_width(name: &str) -> bool {
     [PAPER, "smooth", "karnopp"].contains(&name)
 }
@@ -42,11 +42,11 @@ pub fn search_runs() -> usize {
     WIDTHS.len() * CLOSED_LOOP.len()
 }
 
-/// The cell with a law of this name; with a width, at the best one for it on this very machine, mismatch included, which
-/// `search` finds against A and A0.
+/// The cell with a law of this name; a law with a width gets the best one for this machine, mismatch included, found by
+/// `search` against A and A0.
 pub fn with_law(cell: &Cell, name: &str, search: impl FnOnce(&Cell) -> Result<f64, Error>) -> Result<Cell, Error> {
     let mut cell = cell.clone();
-    if let Some((_, choice)) = LAWS.iter().find(|(known, _)| *known == name) {
+    if let Some((_, choice)) = LAWS.iter().find(|(other, _)| *other == name) {
         cell.preset.bench.law = *choice;
     }
     if has_width(name) {
@@ -56,7 +56,7 @@ pub fn with_law(cell: &Cell, name: &str, search: impl FnOnce(&Cell) -> Result<f6
     Ok(cell)
 }
 
-/// Designs the law that the bench of a cell names.
+/// Designs the law named by the bench of a cell.
 ///
 /// # Errors
 /// As [`rendering_law`](crate::rendering_law).
@@ -92,10 +92,10 @@ pub fn best_width(cell: &Cell, references: &[Runs; 2], threads: usize, done: &Do
     Ok(best.1)
 }
 
-/// A difference between 0 and 1; counts by their share, 1 where there is none.
+/// A difference between 0 and 1; counts by their share, 1 without a value.
 pub(super) fn badness(score: &Score) -> f64 {
     let share = if score.measure.ends_with("count") { score.reference.max(1.0) } else { 1.0 };
     let difference = score.difference / share;
-    // Not `min` alone: a run that is not stable is the worst.
+    // Not `min` alone: an unstable run is the worst.
     if difference.is_nan() { 1.0 } else { difference.min(1.0) }
 }

@@ -6,10 +6,10 @@ use stickslip_core::plant::Plant;
 
 use super::Cell;
 
-/// Which machine.
+/// The machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// A: truly has the desired friction and carries the arm, without torque of the load motor.
+    /// A: has the desired friction and the arm physically, without torque of the load motor.
     Desired,
     /// A0: its own friction, without torque of the load motor.
     Own,

@@ -1,9 +1,9 @@
-//! How the machine differs from what the software believes of it.
+//! Differences between the machine and the software's model.
 
 use stickslip_core::friction::{Decay, Friction, LuGre, Model, Position, Ripple, Stribeck};
 use stickslip_core::plant::{Backlash, Gap, MotorRipple, Plant, RippledMotor};
 
-/// A way in which the machine differs from the belief, which stays.
+/// A difference of the machine from the unchanged model.
 #[derive(Clone, Copy, Debug)]
 pub struct Mismatch {
     /// Its stable name.
@@ -23,8 +23,8 @@ impl Mismatch {
     /// None.
     pub const PERFECT: Mismatch = machine("perfect", |_| {});
 
-    /// What is left after a careful identification: friction 3 % higher with a 5 % ripple at the pitch, softer bristles,
-    /// half a percent of drive torque.
+    /// Residual errors after a careful identification: friction 3 % higher with a 5 % ripple at the pitch, softer
+    /// bristles, half a percent of drive torque.
     pub const REAL: Mismatch = Mismatch {
         name: "real",
         machine: |plant| plant.servo.torque_per_volt *= 1.005,
@@ -83,7 +83,7 @@ const fn machine(name: &'static str, machine: fn(&mut Plant<f64>)) -> Mismatch {
     Mismatch { name, machine, own: |_| {} }
 }
 
-/// Breakaway and kinetic torque by a factor; viscous friction stays.
+/// Breakaway and kinetic torque by a factor; viscous friction is unchanged.
 fn raise(friction: &mut Friction<f64>, factor: f64) {
     if let Some(sliding) = sliding_mut(friction) {
         sliding.breakaway_torque *= factor;
@@ -101,7 +101,7 @@ fn ripple(friction: &mut Friction<f64>, amplitude: f64) {
     friction.position = Position::Ripple(Ripple { amplitude, periods: 1.0, phase: 0.0 });
 }
 
-/// The sliding curve of a friction, where it has one.
+/// The sliding curve of a friction, if it has one.
 pub fn sliding_mut(friction: &mut Friction<f64>) -> Option<&mut Stribeck<f64>> {
     match &mut friction.model {
         Model::Static(model) => Some(&mut model.sliding),
@@ -112,7 +112,7 @@ pub fn sliding_mut(friction: &mut Friction<f64>) -> Option<&mut Stribeck<f64>> {
     }
 }
 
-/// The bristles of a friction, where it has some with a Stribeck curve.
+/// The bristles of a friction, if it has bristles with a Stribeck curve.
 pub(super) fn bristles_mut(friction: &mut Friction<f64>) -> Option<&mut LuGre<f64>> {
     match &mut friction.model {
         Model::Lugre(model) => Some(model),

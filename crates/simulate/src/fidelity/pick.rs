@@ -1,8 +1,8 @@
-//! The law that a bench picks by itself, before it renders.
+//! Automatic selection of a bench's law before rendering.
 //!
-//! It has no machine to compare with, so it simulates four: the machine that it believes in, each of its numbers off by
-//! its doubt to one side or the other. On them every law is compared as the benchmark does, and the one with the least
-//! error is taken. The errors that this predicts are part of the answer.
+//! Without a machine for comparison it simulates four: the bench's model with each number changed by its uncertainty to
+//! one side or the other. Every law is compared on them as in the benchmark, and the law with the least error is
+//! selected. The predicted errors are part of the result.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -19,7 +19,7 @@ use super::{Cell, Mismatch, Role, Runs, Score, scores};
 use stickslip_base::preset::{LawChoice, Model, Settings};
 use stickslip_base::{Error, Preset, Watch};
 
-/// The machines about the belief.
+/// The machines around the model.
 const AROUND: [Off; 4] = [
     Off { sides: [1.0, 1.0, 1.0], phase: 0.5, seed: 2001 },
     Off { sides: [1.0, -1.0, -1.0], phase: 0.5 + FRAC_PI_2, seed: 2002 },
@@ -27,39 +27,40 @@ const AROUND: [Off; 4] = [
     Off { sides: [-1.0, -1.0, 1.0], phase: 0.5 + 3.0 * FRAC_PI_2, seed: 2004 },
 ];
 
-/// How one of them is off: a design at two levels, in which each pair of doubts goes together as often as it does not.
+/// Deviations of one of them: a design at two levels, in which each pair of uncertainties has the same sign as often as
+/// the opposite.
 struct Off {
-    /// The sides for what the drive gives and how stiff it is, for friction, and for inertia and bristles.
+    /// Signs for torque and stiffness of the drive, for friction, and for inertia and bristles.
     sides: [f64; 3],
     /// Phase of the ripple [rad].
     phase: f64,
-    /// Seed of its noise, which no comparison uses.
+    /// Seed of its noise, not used by any comparison.
     seed: u64,
 }
 
-/// A law that was picked, and why.
+/// A selected law, with the predictions for all laws.
 #[derive(Clone, Debug)]
 pub struct Pick {
     /// Its stable name.
     pub name: &'static str,
     /// The law.
     pub law: LawChoice<f64>,
-    /// What every law is predicted to do.
+    /// Predictions for every law.
     pub predicted: Vec<Prediction>,
 }
 
-/// What a law is predicted to do.
+/// Prediction for a law.
 #[derive(Clone, Debug)]
 pub struct Prediction {
     /// The law's stable name.
     pub law: &'static str,
-    /// The comparisons on each machine about the belief.
+    /// The comparisons on each machine around the model.
     around: Vec<Vec<Score>>,
 }
 
 impl Prediction {
-    /// Mean difference over these machines in a measure, as [`Score::difference`]; NaN where one is not stable or the measure
-    /// is not predicted.
+    /// Mean difference over these machines in a measure, as [`Score::difference`]; NaN if one is unstable or the
+    /// measure is not predicted.
     pub fn difference(&self, measure: &str) -> f64 {
         let of = |scores: &Vec<Score>| {
             scores.iter().find(|score| score.measure == measure).map_or(f64::NAN, |score| score.difference)
@@ -67,23 +68,23 @@ impl Prediction {
         self.around.iter().map(of).sum::<f64>() / self.around.len() as f64
     }
 
-    /// Without the counts: one breakaway more or less by chance would outweigh what the laws differ by.
+    /// Without the counts: one breakaway more or less by chance would outweigh the differences between the laws.
     fn badness(&self) -> f64 {
         self.around.iter().flatten().filter(|score| !score.measure.ends_with("count")).map(badness).sum()
     }
 }
 
-/// The law for what is believed of the machine and how the bench runs: four minutes of simulated bench time a law,
-/// some seconds on a laptop. The same belief gives the same law.
+/// The law for the model of the machine and the settings of the bench: four minutes of simulated bench time for each
+/// law, some seconds on a laptop. The same model gives the same law.
 ///
 /// # Errors
-/// What the design of the software and the integrator refuse.
+/// Errors of the software's design and of the integrator.
 pub fn pick_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Pick, Error> {
     let carries = |law: &LawChoice<f64>| Preset::bears_arm(law, &settings.arm);
     let laws = || LAWS.iter().filter(|(name, law)| !has_width(name) && carries(law));
     let mut predicted: Vec<_> = laws().map(|&(law, _)| Prediction { law, around: Vec::new() }).collect();
     for off in &AROUND {
-        let cell = believed(model, settings, off);
+        let cell = simulated_machine(model, settings, off);
         let simulate = |cell: &Cell, role| {
             Runs::simulate(
                 cell,
@@ -107,8 +108,8 @@ pub fn pick_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Pick, Er
     Ok(Pick { name, law, predicted })
 }
 
-/// The machine that is believed in, as one to simulate, off by the doubt. A has the desired friction all the same.
-fn believed(model: &Model<f64>, settings: &Settings<f64>, off: &Off) -> Cell {
+/// The modelled machine for a simulation, changed by its uncertainty. A still has the desired friction.
+fn simulated_machine(model: &Model<f64>, settings: &Settings<f64>, off: &Off) -> Cell {
     let (scaling, doubt) = (&model.scaling, &model.doubt);
     let [of_drive, of_friction, of_load] = off.sides;
     let tacho_lag = (model.drive_lag - model.servo_lag).max(1e-5);
@@ -154,7 +155,7 @@ fn believed(model: &Model<f64>, settings: &Settings<f64>, off: &Off) -> Cell {
         sliding.kinetic_torque *= 1.0 + of_friction * doubt.friction;
     }
     if let Some(bristles) = bristles_mut(own) {
-        // A quarter less or a third more: what is unknown is a factor.
+        // A quarter less or a third more: the uncertainty is a factor.
         bristles.bristle_stiffness *= libm::pow(1.0 - doubt.bristle_stiffness, -of_load);
     }
     own.position = Position::Ripple(Ripple { amplitude: doubt.ripple, periods: 1.0, phase: off.phase });

@@ -13,33 +13,33 @@ use crate::fast_bench::FastBench;
 use stickslip_base::{Error, Preset};
 use stickslip_design as design;
 
-/// What truly happened, once a sample of the position controller.
+/// True course of a run, one value for each sample of the position controller.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// Time between samples [s].
     pub period: f64,
     /// True angle of the screw [rad].
     pub angle: Vec<f64>,
-    /// Set-point [rad]; 0 where nothing is controlled.
+    /// Set-point [rad]; 0 without position control.
     pub reference: Vec<f64>,
-    /// What the drive feels [N m]: the true torque of its motor less that of the motor's own friction.
+    /// Torque of the drive on the load [N m]: the true torque of its motor minus the motor's own friction.
     pub felt_torque: Vec<f64>,
-    /// What resists the load [N m]: its true friction and the true torque of the load motor together.
+    /// Resistance of the load [N m]: its true friction plus the true torque of the load motor.
     pub resisting_torque: Vec<f64>,
     /// True torque of the load motor, against positive motion [N m].
     pub load_torque: Vec<f64>,
-    /// Twist of the arm, the true one or the rendered one [rad].
+    /// Twist of the arm, true or rendered [rad].
     pub arm_twist: Vec<f64>,
-    /// How far the law is off in the velocity of the load when its torque begins to act, RMS [rad/s].
+    /// Error of the law's velocity of the load when its torque starts to act, RMS [rad/s].
     pub velocity_error: f64,
-    /// Whether it came to its end: no fault of the supervision, all numbers.
+    /// Whether it was completed: no fault of the supervision, all numbers finite.
     pub stable: bool,
 }
 
 /// Runs a machine of the cell in a scenario.
 ///
 /// # Errors
-/// What the design of the software and the integrator refuse.
+/// Errors of the software's design and of the integrator.
 pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Result<Trace, Error> {
     let plant = machine(cell, role);
     let settings = &cell.preset.bench;
@@ -62,13 +62,13 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     let mut off = 0.0;
     for cycle in 0..cycles {
         let order = order(&course.drive, &mut setpoints, cycle.checked_sub(rest).map(|cycle| cycle as f64 * dt));
-        // What the software knows of an arm after a tick is of its begin; without an arm there is no twist.
-        let carried = if plant.arm == Arm::Nothing { 0.0 } else { bench.truth().plant.machine.arm_twist };
+        // The software's state of an arm after a tick is that at its start; without an arm there is no twist.
+        let carried = if plant.arm == Arm::Nothing { 0.0 } else { bench.true_state().plant.machine.arm_twist };
         let output = bench.tick(order);
         if (cycle + 1) % divider != 0 {
             continue;
         }
-        let truth = bench.truth();
+        let truth = bench.true_state();
         let parts = &truth.plant.machine;
         let expected = match tick.law {
             Law::Bristle(_) | Law::Admittance(_) => truth.tick.law.observer.drive.velocity,
@@ -78,7 +78,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
         trace.push(parts, plant.load_motor.winding.torque_constant);
         trace.reference.push(order.reference.position);
         trace.arm_twist.push(if role == Role::Rendered { truth.tick.arm.twist } else { carried });
-        // What the supervision of a bench would stop; written so that a NaN is a fault.
+        // A fault of the supervision of a bench; written so that NaN is a fault.
         let following =
             order.control < 0.5 || (order.reference.position - parts.angle).abs() <= settings.safety.following_error;
         if !(following && parts.velocity.abs() <= settings.safety.speed) {
@@ -107,7 +107,7 @@ fn software(cell: &Cell, role: Role, course: &Course, control_divider: u64) -> R
     Ok(tick)
 }
 
-/// What the software is told in a tick; no time [s] yet while the machine rests before the scenario.
+/// Order of a tick; no time [s] while the machine rests before the scenario.
 fn order(drive: &Drive, setpoints: &mut Option<Generator<'_>>, time: Option<f64>) -> Order<f64> {
     let mut order = Order { render: 1.0, ..Order::default() };
     order.control = f64::from(u8::from(drive.controls()));
@@ -123,7 +123,7 @@ fn order(drive: &Drive, setpoints: &mut Option<Generator<'_>>, time: Option<f64>
 }
 
 impl Trace {
-    /// Nothing yet, with room for so many samples.
+    /// An empty trace with capacity for a number of samples.
     fn with_room(period: f64, samples: usize) -> Self {
         let column = || Vec::with_capacity(samples);
         Trace {
@@ -148,7 +148,7 @@ impl Trace {
         self.load_torque.push(load_torque);
     }
 
-    /// How much the load motor chatters: root mean square of its torque's change from sample to sample [N m].
+    /// Chatter of the load motor: root mean square of its torque's change from sample to sample [N m].
     pub fn chatter(&self) -> f64 {
         let changes = self.load_torque.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
         libm::sqrt(changes.sum::<f64>() / (self.load_torque.len() as f64 - 1.0).max(1.0))

@@ -1,4 +1,4 @@
-//! What the machines are made to do, and what is compared afterwards.
+//! Scenarios of the machines, and their compared measures.
 
 use std::f64::consts::TAU;
 
@@ -11,18 +11,18 @@ use stickslip_design as design;
 
 /// Time at rest before each scenario, so that the observer has settled [s].
 pub(super) const REST: f64 = 0.5;
-/// Step of the set-point that hunting begins with [rad].
+/// Step of the set-point at the start of hunting [rad].
 const STEP: f64 = 0.5;
 /// Speed of the ramp of stick-slip [rad/s].
 const RAMP_SPEED: f64 = 0.1;
-/// Limit cycles are counted in this time [s].
+/// Time in which limit cycles are counted [s].
 const COUNTED: f64 = 12.0;
-/// Time that a limit cycle has to establish itself [s].
+/// Settling time of a limit cycle [s].
 const START_UP: f64 = 3.0;
-/// Time in which a sine grows, and the first torque cycle takes [s].
+/// Fade-in time of a sine, and duration of the first torque cycle [s].
 const FADE_IN: f64 = 1.0;
 
-/// A load that has moved so far from its place has broken away, whatever the bristles [rad].
+/// Way from rest at which a load has broken away, for any bristles [rad].
 pub(super) const BROKEN_AWAY: f64 = 5e-3;
 
 /// A scenario.
@@ -31,7 +31,7 @@ pub struct Scenario {
     /// Its stable name.
     pub name: &'static str,
     kind: Kind,
-    /// What is compared.
+    /// The compared measures.
     pub(super) measures: &'static [Measure],
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Measure {
     pub(super) of: Quantity,
 }
 
-/// What a measure looks at.
+/// Quantity of a measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     /// E, all the time after the fade-in.
@@ -73,7 +73,7 @@ pub(super) enum Quantity {
     Interval,
     /// Their number.
     Count,
-    /// Torque of the drive at which the load leaves its place.
+    /// Torque of the drive at breakaway of the load.
     Breakaway,
     /// Area of the loop of felt torque over angle: at 0.9 of the breakaway torque a percent of torque is 23 % of it.
     Area,
@@ -136,10 +136,10 @@ impl Scenario {
         Kind::Presliding,
         &[measure("presliding_area", Quantity::Area), measure("presliding_stiffness", Quantity::Stiffness)],
     );
-    /// Constant speeds of 0.05 to 50 rad/s both ways, held by a stiff controller of its own that runs in every tick.
+    /// Constant speeds of 0.05 to 50 rad/s both ways, held by a separate stiff controller that runs in every tick.
     pub const CURVE: Scenario = scenario("curve", Kind::Curve, &[measure("curve", Quantity::Curve)]);
-    /// The same under the correction that the bench makes of itself before: it measures the friction that it renders, and
-    /// corrects it twice at most.
+    /// The same with the correction that the bench makes before: it measures the rendered friction and corrects it at
+    /// most twice.
     pub const CURVE_CORRECTED: Scenario =
         scenario("curve_corrected", Kind::CorrectedCurve, &[measure("curve_corrected", Quantity::Curve)]);
 }
@@ -168,27 +168,27 @@ const fn measure(name: &'static str, of: Quantity) -> Measure {
     Measure { name, of }
 }
 
-/// What a run does.
+/// Course of a run.
 pub(super) struct Course {
     pub(super) controller: AxisControl<f64>,
     /// Whether the controller runs in every tick instead of at its own rate.
     pub(super) every_tick: bool,
     pub(super) drive: Drive,
-    /// Time before it [s].
+    /// Time at rest before it [s].
     pub(super) rest: f64,
-    /// Time that it takes [s].
+    /// Duration [s].
     pub(super) duration: f64,
 }
 
-/// What moves the machine.
+/// Excitation of the machine.
 pub(super) enum Drive {
     /// The position controller along a reference.
     Position(Reference<f64>),
     /// A controller along constant speeds.
     Staircase(Staircase),
-    /// A torque that rises [N m/s] until the load has moved this far [rad].
+    /// A rising torque [N m/s] until the load has moved this far [rad].
     TorqueRamp { rate: f64, travel: f64 },
-    /// A torque that cycles with this amplitude [N m] and frequency [Hz].
+    /// A cyclic torque of this amplitude [N m] and frequency [Hz].
     TorqueCycles { amplitude: f64, frequency: f64 },
 }
 
@@ -207,7 +207,7 @@ impl Drive {
         matches!(self, Drive::Position(_) | Drive::Staircase(_))
     }
 
-    /// The set-points of a reference, one a tick.
+    /// The set-points of a reference, one for each tick.
     pub(super) fn setpoints(&self, rate: f64) -> Option<Generator<'_>> {
         match self {
             Drive::Position(reference) => Some(Generator::new(*reference, rate)),
@@ -215,7 +215,7 @@ impl Drive {
         }
     }
 
-    /// Whether all has been seen.
+    /// Whether the scenario is complete.
     pub(super) fn is_over(&self, angle: f64) -> bool {
         matches!(self, Drive::TorqueRamp { travel, .. } if angle.abs() > *travel)
     }
@@ -227,12 +227,12 @@ impl Scenario {
         SCENARIOS.iter().copied().find(|scenario| scenario.name == name)
     }
 
-    /// Whether the bench corrects itself before.
+    /// Whether the bench corrects its law before.
     pub fn is_corrected(&self) -> bool {
         self.kind == Kind::CorrectedCurve
     }
 
-    /// The same on a machine that renders nothing, so that there is nothing to correct.
+    /// The same without correction, for a machine that does not render.
     pub fn uncorrected(self) -> Scenario {
         if self.is_corrected() { Scenario::CURVE } else { self }
     }
@@ -242,12 +242,12 @@ impl Scenario {
         self.measures.iter().any(|measure| matches!(measure.of, Quantity::Angle | Quantity::Moving | Quantity::End))
     }
 
-    /// Whether a measure is one of its.
+    /// Whether it has a measure.
     pub fn has(&self, measure: &str) -> bool {
         self.measures.iter().any(|own| own.name == measure)
     }
 
-    /// What to do on this bench.
+    /// The course on this bench.
     pub(super) fn course(&self, preset: &Preset<f64>) -> Result<Course, Error> {
         let breakaway = preset.bench.desired.breakaway_torque;
         let limits = MotionLimits { velocity: 40.0, acceleration: 600.0, jerk: 6e6 };
@@ -273,14 +273,14 @@ impl Scenario {
             Kind::Hunting => pid(preset, 15.0, 3.0)?.into(),
             Kind::StickSlip => pid(preset, 20.0, 1.0)?.into(),
             Kind::Curve | Kind::CorrectedCurve => speed_holder(preset)?.into(),
-            // With all that it is combined with.
+            // With compensation and hold.
             _ => design::axis_control(&preset.model, &preset.bench)?,
         };
         let every_tick = matches!(drive, Drive::Staircase(_));
         Ok(Course { controller, every_tick, drive, rest: REST, duration })
     }
 
-    /// From here on a run is evaluated [s].
+    /// Start of the evaluation [s].
     pub fn evaluated_from(&self) -> f64 {
         REST + match self.kind {
             Kind::SlowSine | Kind::FastSine | Kind::Presliding => FADE_IN,
@@ -297,7 +297,7 @@ fn pid(preset: &Preset<f64>, bandwidth: f64, factor: f64) -> Result<PositionCont
     Ok(PositionController::Pid(Pid { integral_gain: factor * pid.integral_gain, ..pid }))
 }
 
-/// A controller that holds a speed as stiffly as its delays admit.
+/// A controller that holds a speed as stiffly as its delays permit.
 fn speed_holder(preset: &Preset<f64>) -> Result<PositionController<f64>, Error> {
     let base = Cascade { torque_limit: preset.bench.controller.torque_limit(), ..Cascade::default() };
     let (model, dt) = (&preset.model, preset.bench.tick_time());

@@ -7,30 +7,30 @@ use super::staircase::Staircase;
 use super::{LimitCycle, Runs, Scenario, Trace};
 use stickslip_base::statistics::{bootstrap, mean};
 
-/// How far B is from A in one measure.
+/// Difference of B from A in one measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
     /// Name of the measure.
     pub measure: &'static str,
-    /// Mean over the seeds, the same noise in A and B: E for angles, |B/A − 1| for what has one value, the difference of
-    /// numbers for counts, the distance from the desired curve over its breakaway torque for the curve. 1 where B has no
-    /// limit cycle, or no presliding loop, though A has one; NaN where B is not stable.
+    /// Mean over the seeds, the same noise in A and B: E for angles, |B/A − 1| for single values, the difference of
+    /// numbers for counts, the distance from the desired curve over its breakaway torque for the curve. 1 if B has no
+    /// limit cycle, or no presliding loop, though A has one; NaN if B is unstable.
     pub difference: f64,
     /// 95 % interval of it.
     pub ci95: [f64; 2],
-    /// What the rendering adds to the floor, from independent noise.
+    /// Contribution of the rendering above the floor, from independent noise.
     pub excess: f64,
     /// 95 % interval of it.
     pub excess_ci95: [f64; 2],
     /// A against A with other noise, mean over the seeds. NaN with one seed; for the curve, the distance of A's own.
     pub floor: f64,
-    /// What A has itself, mean over the seeds: distance from A0 [rad] for angles, else the measure's own value, SI.
+    /// Value of A, mean over the seeds: distance from A0 [rad] for angles, else the measure's own value, SI.
     pub reference: f64,
-    /// Whether B came to its end with every seed.
+    /// Whether B was completed with every seed.
     pub stable: bool,
-    /// How much B's load motor chatters [N m].
+    /// Chatter of B's load motor [N m].
     pub chatter: f64,
-    /// How far B's law is off in the velocity of the load when its torque begins to act, RMS [rad/s].
+    /// Error of the velocity of the load in B's law when its torque starts to act, RMS [rad/s].
     pub velocity_error: f64,
 }
 
@@ -64,13 +64,13 @@ impl Judge {
         let stable = b.iter().all(|trace| trace.stable);
         let same: Vec<f64> = (0..seeds).map(|k| compare(&b[k], k, k)).collect();
         let apart: Vec<f64> = (0..seeds).map(|k| compare(&b[k], k, other(k))).collect();
-        // A trace against itself is no floor.
+        // A trace compared with itself gives no floor.
         let alone = seeds == 1 && self.quantity != Quantity::Curve;
         let floor = |k: usize| if alone { f64::NAN } else { compare(&a[k], k, other(k)) };
         let floors: Vec<f64> = (0..seeds).map(floor).collect();
-        let square = |values: &[f64], drawn: &[usize]| mean(drawn.iter().map(|&k| values[k] * values[k]));
-        let excess = |drawn: &[usize]| {
-            let more = square(&apart, drawn) - square(&floors, drawn);
+        let square = |values: &[f64], sample: &[usize]| mean(sample.iter().map(|&k| values[k] * values[k]));
+        let excess = |sample: &[usize]| {
+            let more = square(&apart, sample) - square(&floors, sample);
             // Not `max`: NaN stays.
             if more < 0.0 { 0.0 } else { libm::sqrt(more) }
         };
@@ -79,7 +79,7 @@ impl Judge {
         Score {
             measure,
             difference: unless_unstable(mean(same.iter().copied())),
-            ci95: bootstrap(seeds, |drawn| mean(drawn.iter().map(|&k| same[k]))).map(unless_unstable),
+            ci95: bootstrap(seeds, |sample| mean(sample.iter().map(|&k| same[k]))).map(unless_unstable),
             excess: unless_unstable(excess(&all)),
             excess_ci95: bootstrap(seeds, excess).map(unless_unstable),
             floor: mean(floors.iter().copied()),
@@ -90,7 +90,7 @@ impl Judge {
         }
     }
 
-    /// How far `b` is from `a`; angles are scaled by the distance of two traces.
+    /// Difference of `b` from `a`; angles are scaled by the distance of two traces.
     fn difference(&self, b: &Trace, a: &Trace, scale: (Option<&Trace>, &Trace)) -> f64 {
         match self.quantity {
             Quantity::Angle | Quantity::Moving | Quantity::End => {
@@ -101,7 +101,7 @@ impl Judge {
             Quantity::Count => (self.value(b) - self.value(a)).abs(),
             Quantity::Amplitude | Quantity::Interval | Quantity::Breakaway | Quantity::Area | Quantity::Stiffness => {
                 let (of_b, of_a) = (self.value(b), self.value(a));
-                // A cycle or a loop of A that B does not have at all. Without one in A there is nothing to compare.
+                // A cycle or a loop of A that B lacks. Without one in A there is no comparison.
                 if of_b.is_nan() && !of_a.is_nan() { 1.0 } else { (of_b / of_a - 1.0).abs() }
             }
         }
@@ -115,7 +115,7 @@ impl Judge {
         }
     }
 
-    /// Root mean square distance of two angles, or two twists of arms [rad], where the quantity looks.
+    /// Root mean square distance of two angles, or two twists of arms [rad], in the interval of the quantity.
     fn distance<'a>(&self, b: &'a Trace, a: &'a Trace) -> f64 {
         let from = (self.scenario.evaluated_from() / a.period) as usize;
         let samples = a.angle.len().min(b.angle.len());
@@ -132,7 +132,7 @@ impl Judge {
         libm::sqrt(mean(squares.iter().copied()))
     }
 
-    /// The one value of a trace; NaN where it has none.
+    /// The one value of a trace; NaN if it has none.
     fn value(&self, trace: &Trace) -> f64 {
         let from = self.scenario.evaluated_from();
         match self.quantity {
@@ -148,8 +148,8 @@ impl Judge {
     }
 }
 
-/// Of the closed loops of felt torque over angle from a time [s] on: their area [N m rad] and their stiffness from end to
-/// end [N m/rad]; none where the load breaks away or did not come so far.
+/// Closed loops of drive torque over angle from a time [s] on: their area [N m rad] and their stiffness from end to end
+/// [N m/rad]; `None` if the load breaks away or the trace is too short.
 fn presliding(trace: &Trace, from: f64) -> Option<[f64; 2]> {
     let start = ((from / trace.period) as usize).max(1);
     let work =

@@ -1,4 +1,4 @@
-//! Constant speeds one after the other, both ways: the friction that the load has at each.
+//! Constant speeds one after the other, in both directions: the friction of the load at each.
 
 use std::f64::consts::TAU;
 
@@ -9,31 +9,31 @@ use super::Trace;
 
 /// Slowest and fastest speed [rad/s].
 const RANGE: [f64; 2] = [0.05, 50.0];
-/// How many.
+/// Number of speeds.
 const SPEEDS: usize = 12;
-/// From here on a plateau is a whole number of turns [rad/s].
+/// Speed from which on a plateau is a whole number of turns [rad/s].
 const WHOLE_TURNS: f64 = 2.0;
-/// Below, this arc [rad].
+/// Arc of slower plateaus [rad].
 const ARC: f64 = 0.1;
-/// A plateau takes at least so long [s], and it settles at least as long before.
+/// Least duration of a plateau, and of its settling before [s].
 const LEAST: f64 = 0.3;
-/// It settles over at least this way [rad]: behind a reversal the load sticks until the controller has caught up, and
-/// then runs ahead.
+/// Least way of the settling [rad]: after a reversal the load sticks until the controller has caught up, and then runs
+/// ahead.
 const SETTLING: f64 = 0.05;
-/// Between the plateaus [rad/s²].
+/// Acceleration between the plateaus [rad/s²].
 const ACCELERATION: f64 = 300.0;
 
 /// A time of constant acceleration.
 #[derive(Clone, Copy)]
 struct Segment {
-    begin: f64,
+    start_time: f64,
     start: Setpoint<f64>,
 }
 
 /// The staircase, from rest at angle 0.
 pub(super) struct Staircase {
     segments: Vec<Segment>,
-    /// Velocity [rad/s], begin and end [s] of each plateau: forth and back at a speed, then the next.
+    /// Velocity [rad/s], start and end [s] of each plateau: forth and back at a speed, then the next.
     plateaus: Vec<(f64, [f64; 2])>,
     duration: f64,
 }
@@ -54,47 +54,47 @@ impl Staircase {
                 plan.push(&mut at, change.abs() / ACCELERATION);
                 (at.velocity, at.acceleration) = (velocity, 0.0);
                 plan.push(&mut at, (SETTLING / speed).max(LEAST));
-                let begin = plan.duration;
+                let start = plan.duration;
                 plan.push(&mut at, hold);
-                plan.plateaus.push((velocity, [begin, plan.duration]));
+                plan.plateaus.push((velocity, [start, plan.duration]));
             }
         }
         plan
     }
 
     fn push(&mut self, at: &mut Setpoint<f64>, time: f64) {
-        self.segments.push(Segment { begin: self.duration, start: *at });
+        self.segments.push(Segment { start_time: self.duration, start: *at });
         *at = after(at, time);
         self.duration += time;
     }
 
-    /// How long it takes [s].
+    /// Duration [s].
     pub(super) fn duration(&self) -> f64 {
         self.duration
     }
 
     /// The set-point at a time [s].
     pub(super) fn at(&self, time: f64) -> Setpoint<f64> {
-        let next = self.segments.partition_point(|segment| segment.begin <= time);
+        let next = self.segments.partition_point(|segment| segment.start_time <= time);
         match next.checked_sub(1).map(|k| self.segments[k]) {
-            Some(segment) => after(&segment.start, time - segment.begin),
+            Some(segment) => after(&segment.start, time - segment.start_time),
             None => Setpoint::default(),
         }
     }
 
-    /// Speed [rad/s], rendered and desired friction [N m] of each plateau: rendered is the odd part of the mean of what
-    /// resists the load, and desired what belongs to the mean speed that it truly had. The staircase begins at `rest` [s]
-    /// in the trace. NaN where the trace ends before.
+    /// Speed [rad/s], rendered and desired friction [N m] of each plateau: rendered is the odd part of the mean
+    /// resistance of the load, and desired that at its true mean speed. The staircase starts at `rest` [s] in the
+    /// trace. NaN if the trace ends before.
     pub(super) fn curve(&self, trace: &Trace, desired: &Stribeck<f64>, rest: f64) -> Vec<[f64; 3]> {
-        let means = |[begin, end]: [f64; 2]| {
+        let means = |[start, end]: [f64; 2]| {
             let sample = |time: f64| ((rest + time) / trace.period).round() as usize;
-            let (begin, end) = (sample(begin), sample(end).min(trace.resisting_torque.len()));
-            if begin + 1 >= end {
+            let (start, end) = (sample(start), sample(end).min(trace.resisting_torque.len()));
+            if start + 1 >= end {
                 return [f64::NAN; 2];
             }
-            let way = trace.angle[end - 1] - trace.angle[begin];
-            let torque: f64 = trace.resisting_torque[begin..end].iter().sum();
-            [way / ((end - 1 - begin) as f64 * trace.period), torque / (end - begin) as f64]
+            let way = trace.angle[end - 1] - trace.angle[start];
+            let torque: f64 = trace.resisting_torque[start..end].iter().sum();
+            [way / ((end - 1 - start) as f64 * trace.period), torque / (end - start) as f64]
         };
         let point = |pair: &[(f64, [f64; 2])]| {
             let (forth, back) = (means(pair[0].1), means(pair[1].1));
@@ -104,7 +104,7 @@ impl Staircase {
         self.plateaus.chunks_exact(2).map(point).collect()
     }
 
-    /// RMS of rendered less desired friction over the speeds, as a share of the desired breakaway torque.
+    /// RMS of rendered minus desired friction over the speeds, as a share of the desired breakaway torque.
     pub(super) fn error(&self, trace: &Trace, desired: &Stribeck<f64>, rest: f64) -> f64 {
         let curve = self.curve(trace, desired, rest);
         let squares = curve.iter().map(|[_, rendered, desired]| (rendered - desired).powi(2));
@@ -125,7 +125,7 @@ fn after(start: &Setpoint<f64>, time: f64) -> Setpoint<f64> {
 mod tests {
     use super::*;
 
-    /// What resists a load that has this curve exactly, on a staircase that begins at once.
+    /// Trace of a load with exactly this curve, on a staircase that starts at once.
     fn resisted(staircase: &Staircase, curve: impl Fn(f64) -> f64) -> Trace {
         let period = 1e-3;
         let samples = (staircase.duration() / period) as usize + 1;
@@ -155,16 +155,16 @@ mod tests {
     fn the_desired_curve_has_no_error_and_an_offset_none_either() {
         let (staircase, desired) = (Staircase::new(), Stribeck::default());
         let exact = resisted(&staircase, |velocity| desired.torque(velocity) + 0.05);
-        // The ends of a plateau fall between samples: its mean speed is that of the set-point within a share of 1e-9.
+        // The ends of a plateau are between samples: its mean speed is that of the set-point within a share of 1e-9.
         assert!(staircase.error(&exact, &desired, 0.0) < 1e-9);
         let scaled = resisted(&staircase, |velocity| velocity.signum() * (desired.magnitude(velocity.abs()) + 0.003));
         assert!((staircase.error(&scaled, &desired, 0.0) - 0.01).abs() < 1e-9, "1 % of M_S = 0.3 N m");
     }
 
     #[test]
-    fn friction_is_judged_at_the_speed_that_the_load_has() {
+    fn friction_is_evaluated_at_the_true_speed_of_the_load() {
         let (staircase, desired) = (Staircase::new(), Stribeck::default());
-        // Everything slower by a fifth than it was set.
+        // All speeds a fifth below their set-points.
         let mut slow = resisted(&staircase, |velocity| desired.torque(0.8 * velocity));
         let at_the_set_speed = staircase.error(&slow, &desired, 0.0);
         slow.angle.iter_mut().for_each(|angle| *angle *= 0.8);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_broke_off_has_no_curve() {
+    fn an_incomplete_run_has_no_curve() {
         let (staircase, desired) = (Staircase::new(), Stribeck::default());
         let mut cut = resisted(&staircase, |velocity| desired.torque(velocity));
         cut.resisting_torque.truncate(5000);

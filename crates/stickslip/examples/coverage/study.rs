@@ -23,7 +23,7 @@ pub(crate) fn measure(preload: f64, seed: u64) -> Result<([f64; 4], FrictionCurv
     home(&mut bench, &Watch::silent())?;
     bench.set_preload(preload)?;
     let curve = measure_friction(&plan, &mut bench, false, &Watch::silent())?;
-    Ok((true_friction::own_curve(bench.truth(), &plan)?.parameters, curve))
+    Ok((true_friction::own_curve(bench.true_plant(), &plan)?.parameters, curve))
 }
 
 /// Measures and fits.

@@ -107,7 +107,7 @@ impl Case {
             for cycle in 0..(DURATION * settings.tick_rate) as u64 {
                 bench.tick(Order { control: 1.0, reference, ..Order::default() });
                 if cycle % settings.divider() == 0 {
-                    deviations.push(reference.position - bench.truth().plant.machine.angle);
+                    deviations.push(reference.position - bench.true_state().plant.machine.angle);
                 }
             }
             let from = (FROM / prediction.period) as usize;

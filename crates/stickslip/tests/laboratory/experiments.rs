@@ -34,7 +34,7 @@ fn breakaway_is_the_static_friction_at_rest() {
     let mut bench = homed("clm-bench", |_| {});
     let plan = BreakawayPlan { angles: 2.0, repetitions: 2.0, ..BreakawayPlan::default() };
     let breakaway = measure_breakaway(&plan, &mut bench, &Watch::silent()).unwrap();
-    let exact = true_friction::own_friction(bench.truth(), 1e-9);
+    let exact = true_friction::own_friction(bench.true_plant(), 1e-9);
     assert!(breakaway.complete && breakaway.warnings().is_empty(), "{:?}", breakaway.warnings());
     assert_eq!(breakaway.ramps.len(), 8);
     for direction in [1.0, -1.0] {

@@ -26,8 +26,8 @@ fn every_preset_reads_runs_and_homes() {
         let bench = homed(&preset(name));
         let zero = bench.zero().unwrap();
         // The index lies where the preset has it, to a count.
-        let encoder = bench.truth().encoder;
-        let index = encoder.index_angle - bench.truth().start_angle;
+        let encoder = bench.true_plant().encoder;
+        let index = encoder.index_angle - bench.true_plant().start_angle;
         let count = std::f64::consts::TAU / encoder.counts_per_revolution;
         let turns = (zero - index) / std::f64::consts::TAU;
         assert!((turns - turns.round()).abs() * std::f64::consts::TAU <= 1.5 * count, "{name}: {zero} for {index}");
@@ -43,13 +43,13 @@ fn own_friction_is_measured_with_linings_released_and_pressed() {
         let curve = measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent()).unwrap();
         assert_eq!(curve.dropped().count(), 0, "every plateau of the quick plan slides on this bench");
         for plateau in &curve.plateaus {
-            let exact = true_friction::own_friction(bench.truth(), plateau.velocity);
+            let exact = true_friction::own_friction(bench.true_plant(), plateau.velocity);
             // 0.5 % of M_S for a systematic error, three standard errors for noise.
             let allowed = 1.5e-3 + 3.0 * plateau.standard_error;
             assert!((plateau.torque - exact).abs() <= allowed, "{plateau:?}: {exact}");
         }
         let fit = curve.fit().unwrap();
-        let best = true_friction::own_curve(bench.truth(), &FrictionPlan::quick()).unwrap();
+        let best = true_friction::own_curve(bench.true_plant(), &FrictionPlan::quick()).unwrap();
         let rms = (0..100)
             .map(|k| 0.1 * 1.06f64.powi(k))
             .map(|speed| (fit.curve().magnitude(speed) - best.curve().magnitude(speed)).powi(2) / 100.0)
@@ -65,7 +65,7 @@ fn on_a_soft_drive_the_plateaus_that_stick_are_noticed() {
     let curve = measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent()).unwrap();
     assert!(curve.dropped().count() >= 10);
     for plateau in &curve.plateaus {
-        let wrong = (plateau.torque - true_friction::own_friction(bench.truth(), plateau.velocity)).abs();
+        let wrong = (plateau.torque - true_friction::own_friction(bench.true_plant(), plateau.velocity)).abs();
         assert!(plateau.dropped.is_some() || wrong <= 5e-3, "{plateau:?} is wrong by {wrong} N m and was kept");
     }
 }
@@ -77,7 +77,7 @@ fn pitch_ripple_and_offset_of_a_real_axis_are_found() {
     // Screw and wheel ripple by 5 %, of the friction without the offset, which the mean over both directions lacks.
     assert!((curve.ripple - 0.05).abs() < 0.012, "{}", curve.ripple);
     for plateau in curve.kept() {
-        let exact = true_friction::own_friction(bench.truth(), plateau.velocity);
+        let exact = true_friction::own_friction(bench.true_plant(), plateau.velocity);
         assert!((plateau.torque - exact).abs() <= 6e-3 + 3.0 * plateau.standard_error, "{plateau:?}: {exact}");
     }
 }

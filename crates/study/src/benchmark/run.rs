@@ -84,7 +84,7 @@ pub fn run_abreast(
             }
         }
         waiting = others;
-        let wide = if benches.len() < WORTH_LANES { None } else { FastBench::abreast(&benches) };
+        let wide = if benches.len() < WORTH_LANES { None } else { FastBench::in_lanes(&benches) };
         let courses = match wide {
             Some(bench) => follow(bench, &mut runs, None, watch)?,
             None => {
@@ -165,7 +165,7 @@ fn follow<T: LaneNumber>(
             watch.check()?;
         }
         // Before the tick: the true state for its set-point.
-        let (angle, velocity) = (bench.truth().plant.machine.angle, bench.truth().plant.machine.velocity);
+        let (angle, velocity) = (bench.true_state().plant.machine.angle, bench.true_state().plant.machine.velocity);
         let mut any = false;
         for (lane, (run, course)) in runs.iter_mut().zip(&mut courses).enumerate() {
             let Some(moving) = course.as_mut().filter(|_| cycle < run.cycles) else { continue };
@@ -196,7 +196,7 @@ fn follow<T: LaneNumber>(
             }
         }
         bench.tick(order);
-        let commanded = bench.truth().tick.commanded_torque + order.added_torque;
+        let commanded = bench.true_state().tick.commanded_torque + order.added_torque;
         for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
             if let Some(course) = course.as_mut().filter(|_| cycle < run.cycles && run.begins_sample(cycle)) {
                 course.torque.push(commanded.lane(lane));
@@ -265,7 +265,7 @@ mod tests {
         assert!(bench(1, 2).beside(&bench(0, 2)));
         assert!(!bench(3, 2).beside(&bench(0, 2)), "another model of friction");
         assert!(!bench(1, 3).beside(&bench(0, 2)), "another noise");
-        let wide = |count: usize| FastBench::abreast(&vec![bench(0, 2); count]).is_some();
+        let wide = |count: usize| FastBench::in_lanes(&vec![bench(0, 2); count]).is_some();
         assert_eq!([0, 1, LANES, LANES + 1].map(wide), [false, true, true, false]);
     }
 }

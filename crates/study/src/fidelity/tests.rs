@@ -478,7 +478,7 @@ fn the_mode_of_a_rendered_arm_has_the_frequency_and_damping_of_a_mounted_one() {
                 }
             };
             pulse_response(&cell, role, 2.0, change, |bench, _| {
-                let truth = bench.truth();
+                let truth = bench.true_state();
                 let (model, mounted) = (truth.tick.arm.twist, truth.plant.machine.arm_twist);
                 course.push(if role == Role::Rendered { model } else { mounted });
             });

@@ -3,14 +3,14 @@ use crate::home;
 use stickslip_base::parameters::presets;
 use stickslip_bench::VirtualBench;
 
-/// A bench on which so much of a correction arrives, with an error of its law that a correction can mend and one that
-/// it cannot.
-fn bench(arrives: f64, mendable: f64, stays: f64) -> impl FnMut(Correction<f64>) -> Result<Vec<Missing>, Error> {
+/// A bench with this gain from correction to torque, with one error of its law that can be corrected and one that
+/// cannot.
+fn bench(arrives: f64, correctable: f64, stays: f64) -> impl FnMut(Correction<f64>) -> Result<Vec<Missing>, Error> {
     move |correction| {
         let missing = |k: i32| {
             let speed = 0.4 * libm::pow(1.6, f64::from(k / 2));
             let corrected = arrives * correction.correct(0.0, speed, 1e-3);
-            let torque = mendable * libm::exp(-speed / 5.0) - corrected + if k % 2 == 0 { stays } else { -stays };
+            let torque = correctable * libm::exp(-speed / 5.0) - corrected + if k % 2 == 0 { stays } else { -stays };
             Missing { speed, torque, standard_error: 1e-5 }
         };
         Ok((0..18).map(missing).collect())
@@ -33,13 +33,13 @@ fn each_correction_leaves_a_fifth() {
     let corrected = run(3, bench(1.0, 0.01, 0.0));
     assert_eq!((corrected.kept, corrected.stopped.clone()), (3, Stopped::Enough));
     for pair in corrected.iterations.windows(2) {
-        let left = pair[1].error / pair[0].error;
-        assert!((left - 0.2).abs() < 0.02, "{left}");
+        let ratio = pair[1].error / pair[0].error;
+        assert!((ratio - 0.2).abs() < 0.02, "{ratio}");
     }
 }
 
 #[test]
-fn it_ends_within_the_error_of_the_measurement() {
+fn it_ends_within_the_measurement_error() {
     let corrected = run(20, bench(1.0, 0.01, 0.0));
     assert_eq!(corrected.stopped, Stopped::WithinError);
     assert!(corrected.iterations.len() < 8 && corrected.best().error < 2e-5);
@@ -48,8 +48,8 @@ fn it_ends_within_the_error_of_the_measurement() {
 }
 
 #[test]
-fn what_no_table_mends_stops_it_and_it_is_never_worse() {
-    // At each speed one direction lacks what the other has too much.
+fn an_error_that_no_table_corrects_ends_it_and_the_result_is_never_worse() {
+    // At each speed one direction has too little and the other too much.
     let corrected = run(20, bench(1.0, 0.01, 0.004));
     assert_eq!(corrected.stopped, Stopped::NoBetter);
     assert!(corrected.iterations.len() < 10, "{}", corrected.iterations.len());
@@ -57,8 +57,8 @@ fn what_no_table_mends_stops_it_and_it_is_never_worse() {
 }
 
 #[test]
-fn a_correction_that_makes_it_worse_is_taken_back() {
-    // Four times as much arrives, or it arrives with the other sign.
+fn a_correction_that_increases_the_error_is_reverted() {
+    // The gain is four, or has the opposite sign.
     for arrives in [4.0, -1.0] {
         let corrected = run(20, bench(arrives, 0.01, 0.0));
         assert_eq!((corrected.iterations.len(), corrected.kept, corrected.stopped.clone()), (2, 0, Stopped::NoBetter));
@@ -68,7 +68,7 @@ fn a_correction_that_makes_it_worse_is_taken_back() {
 }
 
 #[test]
-fn no_number_is_no_improvement() {
+fn a_non_finite_error_is_not_an_improvement() {
     let mut cycle = 0.0;
     let corrected = run(20, |_| {
         cycle += 1.0;
@@ -79,7 +79,7 @@ fn no_number_is_no_improvement() {
 }
 
 #[test]
-fn a_cancellation_or_a_fault_keeps_what_there_is_and_too_few_plateaus_end_it() {
+fn a_cancellation_or_a_fault_returns_the_best_and_too_few_plateaus_end_it() {
     let mut whole = bench(1.0, 0.01, 0.0);
     let mut cycle = 0;
     let corrected = run(20, |correction| {
@@ -98,12 +98,12 @@ fn a_cancellation_or_a_fault_keeps_what_there_is_and_too_few_plateaus_end_it() {
 }
 
 #[test]
-fn where_nothing_was_measured_the_next_value_holds_and_sure_points_weigh_more() {
+fn unmeasured_points_have_the_next_value_and_precise_points_weigh_more() {
     let point = |speed: f64, torque: f64, standard_error: f64| Missing { speed, torque, standard_error };
     let mut table = table();
     table.torque = smooth(&table, &[point(2.0, 0.01, 1e-6), point(5.0, 0.02, 1e-6)]);
     assert!((table.torque_at(2.0) - 0.01).abs() < 1e-6 && (table.torque_at(5.0) - 0.02).abs() < 1e-6);
-    // The points beside the two measured speeds lie on the line through them.
+    // The points next to the two measured speeds are on the line through them.
     let [first, last] = [0, 23].map(|k| table.torque[k]);
     assert!(table.torque[..8].iter().all(|torque| (torque - first).abs() < 1e-9), "{:?}", table.torque);
     assert!(table.torque[14..].iter().all(|torque| (torque - last).abs() < 1e-9), "{:?}", table.torque);
@@ -112,8 +112,8 @@ fn where_nothing_was_measured_the_next_value_holds_and_sure_points_weigh_more() 
     assert!((table.torque_at(3.0) - 0.01).abs() < 1e-4, "{:?}", table.torque);
 }
 
-/// The paper's law on the default bench at a few speeds, corrected at most twice, with the torque constant of the
-/// load motor so many times what it is believed to be.
+/// The paper's law on the default bench at a few speeds, corrected at most twice, with the torque constant of the load
+/// motor `strength` times that of the model.
 fn on_the_bench(strength: f64) -> Corrected<Rendering> {
     let mut preset: stickslip_base::Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     preset.plant.load_motor.winding.torque_constant *= strength;
@@ -125,17 +125,17 @@ fn on_the_bench(strength: f64) -> Corrected<Rendering> {
 }
 
 #[test]
-fn a_load_motor_that_is_too_weak_is_corrected_and_one_that_is_far_too_strong_is_left_alone() {
+fn a_weak_load_motor_is_corrected_and_a_far_too_strong_one_is_not() {
     let weak = on_the_bench(0.5);
     assert_eq!((weak.kept, weak.stopped.clone()), (2, Stopped::Enough), "{:?}", errors(&weak));
     for pair in errors(&weak).windows(2) {
-        // 1 − 0.8·0.5 is left of it.
+        // 1 − 0.8·0.5 remains.
         assert!((pair[1] / pair[0] - 0.6).abs() < 0.05, "{:?}", errors(&weak));
     }
-    // What is too much, corrected by far more than it is, is worse than before.
+    // An excess that is corrected far too much is worse than before.
     let strong = on_the_bench(3.0);
     assert_eq!((strong.kept, strong.stopped.clone()), (0, Stopped::NoBetter), "{:?}", errors(&strong));
-    // Or it blocks the axis: supervision ends the measurement.
+    // Or the correction blocks the axis: supervision ends the measurement.
     let blocks = on_the_bench(8.0);
     assert!(
         blocks.kept == 0 && matches!(blocks.stopped, Stopped::Fault(_)),

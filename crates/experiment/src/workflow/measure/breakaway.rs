@@ -28,7 +28,7 @@ impl Plan for BreakawayPlan<f64> {
         BreakawayPlan { rate: 0.5 * quick.rate, angles: 2.0 * quick.angles, ..quick }
     }
 
-    /// As long as the ramps take to the torque that is believed.
+    /// Duration of the ramps to the model's breakaway torque.
     fn duration(&self, preset: &Preset<f64>) -> f64 {
         self.duration(preset.model.own.breakaway_torque)
     }
@@ -79,14 +79,14 @@ impl Outcome for Breakaway {
     }
 
     fn tell(&self, summary: &mut Summary) {
-        let mut told = |name: &str, mean: Option<Mean>| {
+        let mut add = |name: &str, mean: Option<Mean>| {
             if let Some(Mean { torque, ci95, .. }) = mean {
                 summary.with_interval(name, torque, ci95, "N m");
             }
         };
-        told("measure.breakaway_torque", self.mean_torque());
-        told("measure.positive.breakaway_torque", self.direction(1.0));
-        told("measure.negative.breakaway_torque", self.direction(-1.0));
+        add("measure.breakaway_torque", self.mean_torque());
+        add("measure.positive.breakaway_torque", self.direction(1.0));
+        add("measure.negative.breakaway_torque", self.direction(-1.0));
         summary.result("measure.ramps", self.ramps.len() as f64, "1").result("measure.detection_lag", self.lag, "N m");
         for ramp in &self.ramps {
             let torque = ramp.torque.map_or(Value::Null, Value::from);
@@ -94,7 +94,7 @@ impl Outcome for Breakaway {
         }
     }
 
-    /// The ramps that broke away.
+    /// The ramps with breakaway.
     fn columns(&self) -> Vec<Column> {
         let row = |ramp: &Ramp| Some([ramp.angle, ramp.direction, ramp.torque?, self.rate, self.rest_time]);
         let ended: Vec<[f64; 5]> = self.ramps.iter().filter_map(row).collect();
@@ -118,14 +118,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ramp_that_the_load_held_is_named_and_is_in_no_table_of_numbers() {
+    fn a_ramp_without_breakaway_gives_a_warning_and_is_not_in_the_data() {
         let ramp = |torque| Ramp { angle: 0.0, direction: 1.0, torque };
         let ramps = vec![ramp(Some(0.3)), ramp(None)];
-        let found = Breakaway { ramps, rate: 0.1, rest_time: 0.3, lag: 1e-3, duration: 8.0, complete: true };
-        assert_eq!(found.columns()[2].values, [0.3]);
+        let breakaway = Breakaway { ramps, rate: 0.1, rest_time: 0.3, lag: 1e-3, duration: 8.0, complete: true };
+        assert_eq!(breakaway.columns()[2].values, [0.3]);
         let mut summary = Summary::new("measure breakaway");
-        found.tell(&mut summary);
+        breakaway.tell(&mut summary);
         assert!(summary.to_json().contains("\"torque\": null"));
-        assert!(Outcome::warnings(&found)[0].starts_with("The load held in 1 of 2 ramps"));
+        assert!(Outcome::warnings(&breakaway)[0].starts_with("No breakaway in 1 of 2 ramps"));
     }
 }

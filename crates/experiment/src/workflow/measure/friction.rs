@@ -1,4 +1,4 @@
-//! Friction at constant speeds, as `curve.csv`: what `stickslip fit` reads.
+//! Friction at constant speeds, as `curve.csv`, the input of `stickslip fit`.
 
 use super::{Outcome, Plan};
 use crate::workflow::draw::{friction, plateaus, points};
@@ -47,13 +47,13 @@ impl Outcome for FrictionCurve {
     fn warnings(&self) -> Vec<String> {
         self.dropped()
             .filter_map(|plateau| {
-                let why = plateau.dropped?;
-                Some(format!("The plateau at {} rad/s does not count: {why}", number(plateau.set_velocity, 3)))
+                let reason = plateau.dropped?;
+                Some(format!("The plateau at {} rad/s is not used: {reason}", number(plateau.set_velocity, 3)))
             })
             .collect()
     }
 
-    /// A row a speed, both directions beside each other.
+    /// One row for each speed, with both directions.
     fn table(&self) -> Table {
         let mut table = Table::new(["speed", "torque, positive", "torque, negative"])
             .caption("Friction torque of the load side on each plateau, with its 95\u{a0}% interval.");
@@ -83,7 +83,7 @@ impl Outcome for FrictionCurve {
             .series(Series::points(Role::Measured, "course", points(self)))
             .series(plateaus(Role::Reference, self));
         let caption = format!(
-            "Torque at {} constant speeds: the noisy course, and its mean on each plateau with the 95\u{a0}% interval.",
+            "Torque at {} constant speeds: the noisy signal, and its mean on each plateau with the 95\u{a0}% interval.",
             self.kept().count()
         );
         (figure, caption)

@@ -9,7 +9,7 @@ use stickslip_base::table::Column;
 use stickslip_base::{Error, Preset, Summary, Watch};
 use stickslip_bench::Bench;
 
-/// What is drawn of a period, in points.
+/// Largest number of points of a curve.
 const POINTS: usize = 2000;
 
 impl Plan for LearningPlan<f64> {
@@ -45,7 +45,7 @@ impl Learned {
         of(0) / of(self.best)
     }
 
-    /// Values of a period against time, not more than a figure can show.
+    /// Values of a period over time, reduced for a figure.
     fn drawn(&self, values: &[f64], scale: f64) -> Vec<(f64, f64)> {
         let stride = values.len().div_ceil(POINTS).max(1);
         values.iter().enumerate().step_by(stride).map(|(k, value)| (k as f64 * self.dt, scale * value)).collect()
@@ -67,13 +67,13 @@ impl Outcome for Learned {
         let mut warnings = Vec::new();
         if self.best == 0 {
             warnings.push(
-                "Nothing was learnt: no repetition is better than the first. What does not come again, as sticking by \
-                 chance, cannot be learnt; a lower plan.share or plan.cutoff may help."
+                "Nothing was learnt: no repetition is better than the first. A deviation that does not repeat, such as \
+                 random sticking, cannot be learnt; a lower plan.share or plan.cutoff may help."
                     .into(),
             );
         } else if self.stopped {
             warnings.push(format!(
-                "It ended after {} repetitions, since nothing was gained any more; the best one counts.",
+                "Ended after {} repetitions without further improvement; the best one is the result.",
                 self.repetitions.len()
             ));
         }
@@ -100,7 +100,7 @@ impl Outcome for Learned {
             .y(Axis::new("deviation, RMS", "mrad"))
             .series(Series::line(Role::Measured, "measured", points));
         let caption = format!(
-            "The best repetition deviates {} times less than the first, which had the controller alone.",
+            "Deviation of the best repetition {} times smaller than that of the first, with the controller alone.",
             number(self.factor(), 1)
         );
         (figure, caption)
@@ -118,8 +118,8 @@ impl Outcome for Learned {
             .y(Axis::new("torque", "N m"))
             .series(Series::line(Role::Measured, "learnt", self.drawn(&self.torque, 1.0)));
         vec![
-            (deviation, "By the encoder, the first repetition and the best.".into()),
-            (torque, "What is added to the controller's torque in the best repetition.".into()),
+            (deviation, "Deviation by the encoder in the first and the best repetition.".into()),
+            (torque, "Torque added to that of the controller in the best repetition.".into()),
         ]
     }
 

@@ -1,4 +1,4 @@
-//! Measurements on the virtual bench: what each needs, what it found, and its files.
+//! Measurements on the virtual bench: plans, results and files.
 
 pub mod breakaway;
 mod friction;
@@ -21,60 +21,60 @@ use stickslip_base::{Error, Preset, Summary, Watch, parameters};
 use stickslip_bench::tap::Tap;
 use stickslip_bench::{Bench, ClockedBench, TimingReport, VirtualBench};
 
-/// Column of a table of data: how far the friction wheel's linings were pressed on.
+/// Column of a data table: preload of the friction wheel.
 pub(super) const PRELOAD: &str = "preload";
 
-/// The preload in every row, so that a table alone says which friction it is.
+/// The preload in every row, so that a table alone identifies its friction.
 pub(super) fn with_preload(mut columns: Vec<Column>, preload: f64) -> Vec<Column> {
     let rows = columns.first().map_or(0, |column| column.values.len());
     columns.push(Column { name: PRELOAD.into(), unit: "1".into(), values: vec![preload; rows] });
     columns
 }
 
-/// A plan that can be run on a bench.
+/// A plan of a measurement.
 pub trait Plan: Fields<f64> + Default + Copy {
-    /// What it is called: `friction`.
+    /// Its name, for example `friction`.
     const KIND: &'static str;
-    /// What it finds.
+    /// Its result.
     type Outcome: Outcome;
 
-    /// Takes longer than the default and tells more.
+    /// A longer, more precise plan than the default.
     fn thorough() -> Self;
 
-    /// Bench time that it takes on this bench [s], homing not counted.
+    /// Bench time on this bench [s], without homing.
     fn duration(&self, preset: &Preset<f64>) -> f64;
 
-    /// What it will do, in a few words.
+    /// Short description.
     fn about(&self) -> String;
 
-    /// Runs it on a bench that is homed and running.
+    /// Runs it on a homed, running bench.
     ///
     /// # Errors
-    /// Those of the experiment; a run that is cancelled keeps what it has.
+    /// Those of the experiment; a cancelled run returns its data so far.
     fn run(&self, bench: &mut dyn Bench, watch: &Watch) -> Result<Self::Outcome, Error>;
 }
 
-/// What an experiment found, for people and files.
+/// Result of an experiment, for reports and files.
 pub trait Outcome {
     /// Name of its table of data, without ending.
     const DATA: &'static str;
 
-    /// Whether the plan came to its end.
+    /// Whether the plan was completed.
     fn complete(&self) -> bool;
 
-    /// Bench time that it took [s].
+    /// Bench time [s].
     fn duration(&self) -> f64;
 
-    /// What a reader should know of it, each with a remedy.
+    /// Warnings for the report, each with a remedy.
     fn warnings(&self) -> Vec<String>;
 
     /// The numbers.
     fn table(&self) -> Table;
 
-    /// The picture, and what one sees.
+    /// The figure and its caption.
     fn figure(&self) -> (Figure, String);
 
-    /// Pictures below it in the report.
+    /// Further figures of the report.
     fn further(&self) -> Vec<(Figure, String)> {
         Vec::new()
     }
@@ -86,25 +86,25 @@ pub trait Outcome {
     fn columns(&self) -> Vec<Column>;
 }
 
-/// An experiment that was run, with what it takes to run it again.
+/// A completed experiment, with preset, seed and plan to repeat it.
 #[derive(Clone, Debug)]
 pub struct Measurement<P: Plan> {
     /// The bench.
     pub preset: Preset<f64>,
-    /// Seed of its noise, where the bench is virtual and in this process.
+    /// Seed of its noise, for a virtual bench in this process.
     pub seed: Option<u64>,
     /// The plan.
     pub plan: P,
-    /// What it found.
+    /// Its result.
     pub outcome: P::Outcome,
-    /// How the clock was kept, where it was run by the clock.
+    /// Timing report of a run in real time.
     pub clocked: Option<TimingReport>,
 }
 
-/// Switches a virtual bench on and measures as [`measure_on`]; who taps it gets every cycle.
+/// Switches a virtual bench on and measures as [`measure_on`]; `tap` gets every cycle.
 ///
 /// # Errors
-/// As [`measure_on`]; what the design of the bench refuses.
+/// As [`measure_on`]; errors of the bench's design.
 pub fn measure<P: Plan>(
     plan: P,
     preset: &Preset<f64>,
@@ -119,12 +119,12 @@ pub fn measure<P: Plan>(
     Ok(Measurement { seed: Some(seed), ..measured })
 }
 
-/// Measures as [`measure_on`] on a bench that runs by the clock, and ends it. Where deadlines are missed the same seed, if
-/// there is one, does not give the same numbers.
+/// Measures as [`measure_on`] on a bench in real time, and ends it. After missed deadlines the same seed, if there is
+/// one, does not give the same numbers.
 ///
 /// # Errors
-/// As [`measure`]; [`Error::BenchFault`] where the clock cannot be kept.
-pub fn measure_by_the_clock<P: Plan>(
+/// As [`measure`]; [`Error::BenchFault`] if deadlines cannot be met.
+pub fn measure_in_real_time<P: Plan>(
     plan: P,
     preset: &Preset<f64>,
     mut bench: ClockedBench,
@@ -136,10 +136,10 @@ pub fn measure_by_the_clock<P: Plan>(
     Ok(Measurement { seed, clocked: bench.stop(), ..measured })
 }
 
-/// Homes a bench, presses the linings on as far as asked for, and runs a plan; `preset` is what the report keeps.
+/// Homes a bench, sets the preload, and runs a plan; `preset` is that of the report.
 ///
 /// # Errors
-/// [`Error::Cancelled`] where nothing was gained; [`Error::BenchFault`]; [`Error::OutOfRange`] for a preload beyond
+/// [`Error::Cancelled`] without any data; [`Error::BenchFault`]; [`Error::OutOfRange`] for a preload beyond
 /// 0 … 1.
 pub fn measure_on<P: Plan>(
     plan: P,
@@ -155,7 +155,7 @@ pub fn measure_on<P: Plan>(
     measure_homed(plan, preset, bench, watch)
 }
 
-/// Runs a plan on a bench that is homed and running; `preset` is what the report keeps.
+/// Runs a plan on a homed, running bench; `preset` is that of the report.
 ///
 /// # Errors
 /// As [`measure_on`].
@@ -172,12 +172,12 @@ pub fn measure_homed<P: Plan>(
 }
 
 impl<P: Plan> Measurement<P> {
-    /// How far the linings were pressed on.
+    /// Preload of the friction wheel.
     pub fn preload(&self) -> f64 {
         self.preset.plant.wheel.preload
     }
 
-    /// The numbers, under their stable names; `measure.complete` is 0 where the run was cancelled.
+    /// The numbers, under their stable names; `measure.complete` is 0 if the run was cancelled.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new(&format!("measure {}", P::KIND));
         summary
@@ -201,7 +201,7 @@ impl<P: Plan> Measurement<P> {
         let report = Report::new(title, provenance)
             .summary(format!(
                 "{}{} of bench time, friction wheel at preload {}.",
-                if self.outcome.complete() { "" } else { "Cancelled before its end: what was measured until then. " },
+                if self.outcome.complete() { "" } else { "Cancelled: results measured until then. " },
                 duration,
                 self.preload()
             ))
@@ -210,14 +210,14 @@ impl<P: Plan> Measurement<P> {
         let further = self.outcome.further().into_iter();
         let report = further.fold(report, |report, (figure, caption)| report.figure(figure, caption));
         let report = match &self.clocked {
-            Some(clocked) => report.table(clocked.table().caption("Lateness of the ticks, and how long each took.")),
+            Some(clocked) => report.table(clocked.table().caption("Lateness and duration of the ticks.")),
             None => report,
         };
         let warnings = self.warnings();
-        if warnings.is_empty() { report } else { report.heading("What to know").list(warnings) }
+        if warnings.is_empty() { report } else { report.heading("Notes").list(warnings) }
     }
 
-    /// What a reader should know, each with a remedy.
+    /// Warnings for the report, each with a remedy.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.outcome.warnings();
         warnings.extend(self.clocked.iter().flat_map(TimingReport::warnings));

@@ -32,7 +32,7 @@ impl Plan for PreslidingPlan<f64> {
         )
     }
 
-    /// The friction first: the loops need its breakaway torque, and their evaluation the whole curve.
+    /// The friction curve first: the loops require its breakaway torque, and their evaluation the whole curve.
     fn run(&self, bench: &mut dyn Bench, watch: &Watch) -> Result<Presliding, Error> {
         let own = measure_friction(&FrictionPlan::quick(), bench, false, watch)?;
         watch.check()?;
@@ -59,7 +59,7 @@ impl Outcome for Presliding {
     }
 
     fn table(&self) -> Table {
-        let table = Table::new(["", "value"]).caption("The bristles by their loops, with 95\u{a0}% intervals.");
+        let table = Table::new(["", "value"]).caption("Bristle parameters from the loops, with 95\u{a0}% intervals.");
         let table =
             self.lines().fold(table, |table, (name, estimate)| table.row([name.into(), Cell::Estimate(estimate)]));
         let least = Estimate::new(self.least_stiffness, "N m/rad");
@@ -89,9 +89,9 @@ impl Outcome for Presliding {
     }
 
     fn tell(&self, summary: &mut Summary) {
-        let known = [("stiffness", self.stiffness, "N m/rad"), ("damping", self.damping, "N m s/rad")];
-        for (name, known, unit) in known {
-            if let Some((value, ci95)) = known {
+        let estimates = [("stiffness", self.stiffness, "N m/rad"), ("damping", self.damping, "N m s/rad")];
+        for (name, estimate, unit) in estimates {
+            if let Some((value, ci95)) = estimate {
                 summary.with_interval(&format!("measure.bristle_{name}"), value, ci95, unit);
             }
         }

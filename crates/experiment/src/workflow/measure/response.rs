@@ -40,13 +40,13 @@ impl Plan for ResponsePlan<f64> {
 
     fn about(&self) -> String {
         let Self { lowest_frequency, highest_frequency, periods, .. } = *self;
-        let what = if self.chirp > 0.5 { "a chirp" } else { "a multisine" };
+        let signal = if self.chirp > 0.5 { "a chirp" } else { "a multisine" };
         let load = match self.operating() {
             Operating::Sliding(velocity) => format!("sliding at {velocity} rad/s"),
             Operating::Stuck => "at rest".into(),
         };
         format!(
-            "Frequency response from {lowest_frequency} to {highest_frequency} Hz by {periods} periods of {what}, the \
+            "Frequency response from {lowest_frequency} to {highest_frequency} Hz by {periods} periods of {signal}, the \
              load {load}"
         )
     }
@@ -64,17 +64,17 @@ impl Response {
 
     fn magnitude(&self, sensor: &Sensor) -> (Figure, String) {
         let expected = self.lines.iter().map(|line| (line.frequency, decibels((sensor.answer)(line).expected)));
-        let found = self.coherent(sensor);
-        let found = found.map(|(frequency, answer)| (frequency, decibels(answer.gain), answer.interval()[0]));
+        let points = self.coherent(sensor);
+        let points = points.map(|(frequency, answer)| (frequency, decibels(answer.gain), answer.interval()[0]));
         let figure = Figure::new(format!("Commanded torque to {}, magnitude", sensor.quantity))
             .x(Axis::new("frequency", "Hz").stretched())
             .y(Axis::new(format!("magnitude over 1 {}", stickslip_base::quantity::unit(sensor.unit)), "dB"))
-            .series(Series::bars(Role::Measured, "measured", found))
-            .series(Series::line(Role::Fitted, "believed", expected));
+            .series(Series::bars(Role::Measured, "measured", points))
+            .series(Series::line(Role::Fitted, "modelled", expected));
         let ([by, _], count) = self.deviation(sensor.answer);
         let caption = format!(
             "Measured by the {} where its coherence is above {COHERENT}, at {count} of {} frequencies, with 95\u{a0}% \
-             intervals; the believed axis is off by {} at most.",
+             intervals; the modelled axis deviates by at most {}.",
             sensor.name,
             self.lines.len(),
             Estimate::new(by, "dB")
@@ -85,22 +85,25 @@ impl Response {
     fn phase(&self, sensor: &Sensor) -> (Figure, String) {
         let all = unwrapped(self.lines.iter().map(|line| (sensor.answer)(line).expected), -90.0);
         let expected: Vec<(f64, f64)> = self.lines.iter().map(|line| line.frequency).zip(all).collect();
-        let believed = |at: f64| expected.iter().find(|(frequency, _)| *frequency == at).map_or(f64::NAN, |(_, p)| *p);
-        // On the same turn as the believed one, so that a gap does not hide a turn.
-        let found: Vec<(f64, f64, f64)> = self
+        let model_phase =
+            |at: f64| expected.iter().find(|(frequency, _)| *frequency == at).map_or(f64::NAN, |(_, p)| *p);
+        // On the same turn as the modelled phase, so that a gap does not hide a turn.
+        let points: Vec<(f64, f64, f64)> = self
             .coherent(sensor)
-            .map(|(frequency, answer)| (frequency, believed(frequency) + answer.deviation()[1], answer.interval()[1]))
+            .map(|(frequency, answer)| {
+                (frequency, model_phase(frequency) + answer.deviation()[1], answer.interval()[1])
+            })
             .collect();
         let figure = Figure::new(format!("Commanded torque to {}, phase", sensor.quantity))
             .x(Axis::new("frequency", "Hz").stretched())
             .y(Axis::new("phase", "°"))
-            .series(Series::bars(Role::Measured, "measured", found))
-            .series(Series::line(Role::Fitted, "believed", expected));
+            .series(Series::bars(Role::Measured, "measured", points))
+            .series(Series::line(Role::Fitted, "modelled", expected));
         let ([_, by], _) = self.deviation(sensor.answer);
         (
             figure,
             format!(
-                "The delay of the tick is in both; the believed axis is off by {} at most.",
+                "Both include the delay of the tick; the modelled axis deviates by at most {}.",
                 Estimate::new(by, "°")
             ),
         )
@@ -115,8 +118,8 @@ impl Response {
             figure.series(Series::line(Role::Trace(index), sensor.name, points))
         });
         let caption = format!(
-            "Share of the power that follows the excitation, of the sensor's or of the torque's, whichever is less; noise \
-             alone has {1} over {0} periods.",
+            "Share of the power that follows the excitation, of the sensor's or of the torque's, the smaller of both; \
+             noise alone has {1} over {0} periods.",
             self.periods,
             Estimate::new(1.0 / self.periods as f64, "1")
         );
@@ -140,9 +143,8 @@ impl Outcome for Response {
     }
 
     fn table(&self) -> Table {
-        let table = Table::new(["", "coherent frequencies", "magnitude off by", "phase off by"]).caption(format!(
-            "Largest deviation from the axis that is believed, where the coherence is above {COHERENT}."
-        ));
+        let table = Table::new(["", "coherent frequencies", "magnitude deviation", "phase deviation"])
+            .caption(format!("Largest deviation from the modelled axis where the coherence is above {COHERENT}."));
         SENSORS.iter().fold(table, |table, sensor| {
             let ([magnitude, phase], count) = self.deviation(sensor.answer);
             table.row([
@@ -171,12 +173,12 @@ impl Outcome for Response {
             .result("measure.lines", self.lines.len() as f64, "1");
         for sensor in &SENSORS {
             let ([magnitude, phase], count) = self.deviation(sensor.answer);
-            let mut told = |what: &str, value: f64, unit: &str| {
-                summary.result(&format!("measure.{}.{what}", sensor.name), value, unit);
+            let mut add = |quantity: &str, value: f64, unit: &str| {
+                summary.result(&format!("measure.{}.{quantity}", sensor.name), value, unit);
             };
-            told("coherent_lines", count as f64, "1");
-            told("magnitude_deviation", magnitude, "dB");
-            told("phase_deviation", phase, "°");
+            add("coherent_lines", count as f64, "1");
+            add("magnitude_deviation", magnitude, "dB");
+            add("phase_deviation", phase, "°");
         }
     }
 
@@ -188,7 +190,7 @@ impl Outcome for Response {
             let answers = || self.lines.iter().map(answer);
             let expected = unwrapped(answers().map(|answer| answer.expected), -90.0);
             let phase = expected.iter().zip(answers()).map(|(phase, answer)| phase + answer.deviation()[1]).collect();
-            let named = |what: &str| format!("{name}_{what}");
+            let named = |quantity: &str| format!("{name}_{quantity}");
             columns.extend([
                 column(named("gain"), unit, answers().map(|answer| size(answer.gain)).collect()),
                 column(named("phase"), "°", phase),

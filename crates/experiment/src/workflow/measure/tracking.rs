@@ -1,4 +1,4 @@
-//! Tracking, as `tracking.csv` and `tracking.parquet`: what a network is trained on.
+//! Tracking, as `tracking.csv` and `tracking.parquet`: training data of a network.
 
 use stickslip_core::fields::{Fields, Walk};
 
@@ -11,10 +11,10 @@ use stickslip_base::table::Column;
 use stickslip_base::{Error, Preset, Summary, Watch};
 use stickslip_bench::Bench;
 
-/// What is drawn, in points.
+/// Largest number of points of a curve.
 const POINTS: usize = 4000;
 
-/// What a network sees, in the order of the block.
+/// Features of a network, in the order of the block.
 const FEATURE_COLUMNS: [(&str, &str); 6] = [
     ("feature_velocity", "rad/s"),
     ("feature_acceleration", "rad/s^2"),
@@ -69,10 +69,10 @@ impl Outcome for Tracked {
 
     fn table(&self) -> Table {
         let reached = self.samples.last().map_or(0, |last| last.motion + 1);
-        let row = |table: Table, (index, what): (usize, &str)| {
+        let row = |table: Table, (index, motion): (usize, &str)| {
             let Followed { deviation, peak } = self.followed(Some(index));
             table.row([
-                Cell::Text(what.into()),
+                Cell::Text(motion.into()),
                 Cell::Estimate(Estimate::new(deviation, "rad")),
                 Cell::Estimate(Estimate::new(peak, "rad")),
             ])
@@ -85,11 +85,11 @@ impl Outcome for Tracked {
         let stride = self.samples.len().div_ceil(POINTS).max(1);
         let points = self.samples.iter().zip(self.friction()).step_by(stride);
         let points = points.map(|(sample, torque)| (sample.setpoint.velocity, torque));
-        let figure = Figure::new("Torque besides that of the inertia")
+        let figure = Figure::new("Torque without that of the inertia")
             .x(Axis::new("velocity of the set-point", "rad/s"))
             .y(Axis::new("torque", "N m"))
             .series(Series::points(Role::Measured, "samples", points));
-        (figure, "What the controller under test commanded, less what the inertia that is believed takes.".into())
+        (figure, "Commanded torque of the controller under test, minus the torque of the modelled inertia.".into())
     }
 
     fn tell(&self, summary: &mut Summary) {
@@ -125,15 +125,15 @@ impl Outcome for Tracked {
             column("commanded_torque", "N m", of(|sample| sample.torque)),
             column("friction_torque", "N m", self.friction()),
         ];
-        let seen = self.seen();
+        let features = self.seen();
         for (index, (name, unit)) in FEATURE_COLUMNS.iter().enumerate() {
-            columns.push(column(name, unit, seen.iter().map(|features| features[index]).collect()));
+            columns.push(column(name, unit, features.iter().map(|sample| sample[index]).collect()));
         }
         columns
     }
 }
 
-/// Tells what the features were computed with: whoever is trained on them computes them so.
+/// Adds the parameters of the features to the summary; a network trained on them requires the same.
 struct Features<'a>(&'a mut Summary);
 
 impl Walk<f64> for Features<'_> {

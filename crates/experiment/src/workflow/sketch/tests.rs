@@ -20,32 +20,32 @@ fn drag(handle: Handle, speed: f64, torque: f64) -> Option<Drag> {
 }
 
 #[test]
-fn what_is_in_force_is_drawn_unless_something_else_is_in_hand() {
+fn the_active_friction_is_drawn_by_default() {
     let preset = preset();
-    let seen = drawn(&sketch());
-    assert_eq!(seen.desired, values(&preset.bench.desired));
+    let view = drawn(&sketch());
+    assert_eq!(view.desired, values(&preset.bench.desired));
     assert_eq!(
-        (seen.curve[0], seen.own[0]),
+        (view.curve[0], view.own[0]),
         (preset.bench.desired.breakaway_torque, preset.model.own.breakaway_torque)
     );
-    assert!(seen.renderable && seen.shortages.is_empty() && seen.margin.unwrap() > 1.0, "{seen:?}");
-    // The paper's law renders nothing around standstill: there screw and friction wheel alone tell.
+    assert!(view.renderable && view.shortages.is_empty() && view.margin.unwrap() > 1.0, "{view:?}");
+    // The paper's law renders no torque around standstill: there screw and friction wheel alone act.
     let faded = |k: &usize| sketch().speeds[*k] < preset.bench.fade_velocity;
-    assert!((0..400).filter(faded).all(|k| seen.least[k] == seen.own[k] && seen.largest[k] == seen.own[k]));
-    assert!((0..400).filter(|k| !faded(k)).all(|k| seen.least[k] < seen.curve[k] && seen.curve[k] < seen.largest[k]));
-    assert_eq!((seen.edges[0].limit.as_str(), seen.edges[1].limit.as_str()), ("wheel", "current"));
+    assert!((0..400).filter(faded).all(|k| view.least[k] == view.own[k] && view.largest[k] == view.own[k]));
+    assert!((0..400).filter(|k| !faded(k)).all(|k| view.least[k] < view.curve[k] && view.curve[k] < view.largest[k]));
+    assert_eq!((view.edges[0].limit.as_str(), view.edges[1].limit.as_str()), ("wheel", "current"));
     let mut with_bristles = preset;
     with_bristles.bench.law = LawChoice::Bristle;
     assert_eq!(sketch().draw(&with_bristles).unwrap().edges[0].limit, "current");
-    assert_eq!(seen.distance, None);
+    assert_eq!(view.distance, None);
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-    /// Wherever it goes, the curve follows the hand: it passes through it, as far as the parameter's range lets it.
+    /// The curve passes through the pointer everywhere within the parameter's range.
     #[test]
-    fn the_curve_follows_the_hand(
+    fn the_curve_follows_the_pointer(
         index in 0..4_usize,
         desired in (0.05..0.5, 0.05..0.5, 0.1..10.0, 1e-5..1e-3),
         torque in 0.06..0.6,
@@ -69,9 +69,9 @@ proptest! {
         prop_assert!(after.curve.iter().all(|torque| torque.is_finite()));
     }
 
-    /// No picture, however wild, makes a curve that a parameter file could not hold.
+    /// No position of the pointer gives a curve outside the ranges of a parameter file.
     #[test]
-    fn a_hand_that_leaves_the_picture_stays_in_the_ranges(
+    fn a_pointer_outside_the_figure_stays_in_the_ranges(
         index in 0..5_usize,
         speed in prop::num::f64::NORMAL,
         torque in prop::num::f64::NORMAL,
@@ -85,11 +85,11 @@ proptest! {
 }
 
 #[test]
-fn the_line_is_moved_as_a_whole_and_stops_where_one_of_its_torques_does() {
+fn the_line_is_moved_as_a_whole_until_one_of_its_torques_is_at_its_limit() {
     let before = drawn(&sketch());
     let [breakaway, kinetic, ..] = before.desired;
     let after = drawn(&Sketch { drag: drag(Handle::Line, 10.0, before.curve[50] + 0.05), ..sketch() });
-    // The hand took hold of a curve of five digits.
+    // The dragged curve has five digits.
     assert!((after.desired[0] - breakaway - 0.05).abs() < 1e-5 && (after.desired[1] - kinetic - 0.05).abs() < 1e-5);
     let down = drawn(&Sketch { drag: drag(Handle::Line, 10.0, -5.0), ..sketch() });
     let fall = breakaway - kinetic;
@@ -98,14 +98,14 @@ fn the_line_is_moved_as_a_whole_and_stops_where_one_of_its_torques_does() {
 }
 
 #[test]
-fn a_curve_is_laid_through_points_and_a_heavy_one_counts_more() {
+fn a_curve_is_fitted_to_points_by_their_weights() {
     let at = |speed: f64, torque: f64, weight: f64| Reference { speed, torque, weight };
     let lay = |points: Vec<Reference>| drawn(&Sketch { points, fit: true, ..sketch() });
-    let truth = with_values(&preset().bench.desired, [0.28, 0.15, 2.0, 4e-4]);
-    let four = [0.0, 2.0, 16.0, 70.0].map(|speed| at(speed, truth.magnitude(speed), 1.0));
-    let seen = lay(four.to_vec());
-    assert!(seen.distance.unwrap() < 1e-4, "{seen:?}");
-    assert!((seen.desired[2] / 2.0 - 1.0).abs() < 0.01, "{:?}", seen.desired);
+    let exact = with_values(&preset().bench.desired, [0.28, 0.15, 2.0, 4e-4]);
+    let four = [0.0, 2.0, 16.0, 70.0].map(|speed| at(speed, exact.magnitude(speed), 1.0));
+    let view = lay(four.to_vec());
+    assert!(view.distance.unwrap() < 1e-4, "{view:?}");
+    assert!((view.desired[2] / 2.0 - 1.0).abs() < 0.01, "{:?}", view.desired);
     // Two points that contradict each other.
     let light = lay(vec![at(30.0, 0.2, 1.0), at(30.0, 0.3, 1.0)]);
     let heavy = lay(vec![at(30.0, 0.2, 1.0), at(30.0, 0.3, 9.0)]);
@@ -114,10 +114,10 @@ fn a_curve_is_laid_through_points_and_a_heavy_one_counts_more() {
 }
 
 #[test]
-fn with_a_hand_on_one_parameter_the_others_follow_the_points() {
-    let truth = with_values(&preset().bench.desired, [0.28, 0.15, 2.0, 4e-4]);
+fn while_one_parameter_is_dragged_the_others_follow_the_points() {
+    let exact = with_values(&preset().bench.desired, [0.28, 0.15, 2.0, 4e-4]);
     let points: Vec<_> = [0.0, 1.0, 2.0, 4.0, 16.0, 70.0]
-        .map(|speed| Reference { speed, torque: truth.magnitude(speed), weight: 1.0 })
+        .map(|speed| Reference { speed, torque: exact.magnitude(speed), weight: 1.0 })
         .to_vec();
     let hand = Drag { handle: Handle::StribeckVelocity, speed: 2.5, torque: 0.0, refit: true };
     let held = drawn(&Sketch { points: points.clone(), drag: Some(hand), ..sketch() });
@@ -127,33 +127,33 @@ fn with_a_hand_on_one_parameter_the_others_follow_the_points() {
 }
 
 #[test]
-fn what_cannot_be_rendered_says_why_and_the_nearest_can() {
+fn a_curve_that_cannot_be_rendered_has_a_reason_and_the_nearest_one_can_be_rendered() {
     let steep = Sketch { desired: Some([0.3, 0.12, 0.01, 1e-4]), ..sketch() };
-    let seen = drawn(&steep);
-    assert!(!seen.renderable && seen.margin.unwrap() < 1.0);
-    let stretch = &seen.shortages[0];
-    assert!(stretch.from < stretch.to && stretch.reason.starts_with("From "), "{stretch:?}");
-    let said = |seen: &Drawn, part: &str| seen.remarks.iter().any(|remark| remark.contains(part));
-    // In a hurry nothing is claimed about what would do.
-    assert!(!said(&seen, "alone") && !said(&seen, "no single parameter"), "{:?}", seen.remarks);
+    let view = drawn(&steep);
+    assert!(!view.renderable && view.margin.unwrap() < 1.0);
+    let range = &view.shortages[0];
+    assert!(range.from < range.to && range.reason.starts_with("From "), "{range:?}");
+    let has = |view: &Drawn, part: &str| view.remarks.iter().any(|remark| remark.contains(part));
+    // A quick view has no remedies.
+    assert!(!has(&view, "alone") && !has(&view, "no single parameter"), "{:?}", view.remarks);
     let thorough = drawn(&Sketch { thorough: true, ..steep.clone() });
-    assert!(said(&thorough, "Stribeck velocity"), "{:?}", thorough.remarks);
+    assert!(has(&thorough, "Stribeck velocity"), "{:?}", thorough.remarks);
     let near = drawn(&Sketch { nearest: true, ..steep.clone() });
     assert!(near.renderable, "{near:?}");
     assert!(near.margin.is_some_and(|margin| margin >= 1.02), "{:?}", near.margin);
-    // Halfway back to what was wished it cannot.
+    // Halfway back to the desired one it cannot be rendered.
     let farther: Vec<f64> = (0..4).map(|i| 0.5 * (near.desired[i] + steep.desired.unwrap()[i])).collect();
     let farther = Sketch { desired: farther.try_into().ok(), ..sketch() };
     assert!(!drawn(&farther).renderable);
 }
 
 #[test]
-fn what_is_no_sketch_is_refused_with_the_reason() {
+fn an_invalid_sketch_is_refused_with_the_reason() {
     let refusal = |sketch: Sketch| sketch.draw(&preset()).unwrap_err().to_string();
-    let said = refusal(Sketch { desired: Some([0.3, -1.0, 1.0, 0.0]), ..sketch() });
-    assert!(said.contains("kinetic torque M_K"), "{said}");
-    let said = refusal(Sketch { desired: Some([f64::NAN, 0.1, 1.0, 0.0]), ..sketch() });
-    assert!(said.contains("breakaway torque M_S"), "{said}");
+    let message = refusal(Sketch { desired: Some([0.3, -1.0, 1.0, 0.0]), ..sketch() });
+    assert!(message.contains("kinetic torque M_K"), "{message}");
+    let message = refusal(Sketch { desired: Some([f64::NAN, 0.1, 1.0, 0.0]), ..sketch() });
+    assert!(message.contains("breakaway torque M_S"), "{message}");
     assert!(refusal(Sketch { drag: drag(Handle::Line, 1.0, f64::NAN), ..sketch() }).contains("torque"));
     assert!(refusal(Sketch { speeds: vec![0.0, -1.0], ..sketch() }).contains("-1"));
     assert!(refusal(Sketch { speeds: vec![0.0; 5000], ..sketch() }).contains("5000"));
@@ -164,15 +164,15 @@ fn what_is_no_sketch_is_refused_with_the_reason() {
 #[test]
 fn the_presliding_loop_has_the_slope_of_the_bristles_and_ends_at_breakaway() {
     let bristles = Some([500.0, 0.5, 0.6]);
-    let seen = drawn(&Sketch { bristles, desired: Some([0.25, 0.15, 2.0, 1e-4]), ..sketch() });
-    let Loop { angle, torque } = &seen.desired_loop;
-    assert_eq!((angle.len(), torque.len(), &seen.own_loop.angle), (301, 301, angle));
-    // Below the elastic limit a step bends the bristles by its whole way; the torque is that of its middle.
+    let view = drawn(&Sketch { bristles, desired: Some([0.25, 0.15, 2.0, 1e-4]), ..sketch() });
+    let Loop { angle, torque } = &view.desired_loop;
+    assert_eq!((angle.len(), torque.len(), &view.own_loop.angle), (301, 301, angle));
+    // Below the elastic limit a step deflects the bristles by its whole way; the torque is that of its middle.
     let slope = (torque[4] - torque[3]) / (angle[4] - angle[3]);
     assert!((slope / 500.0 - 1.0).abs() < 1e-6, "{slope}");
     let largest = torque.iter().copied().fold(0.0, f64::max);
     assert!((largest / 0.25 - 1.0).abs() < 0.01, "{largest}");
-    // Behind the first turn it repeats itself.
+    // After the first reversal it repeats.
     assert!((torque[60] - torque[300]).abs() < 1e-3, "{} {}", torque[60], torque[300]);
     assert!(torque.iter().all(|torque| torque.abs() < 0.2501));
     let refused = Sketch { bristles: Some([0.0, 0.0, 0.5]), ..sketch() }.draw(&preset()).unwrap_err();

@@ -51,7 +51,7 @@ pub(super) fn run(
     for cycle in 0..(duration / dt) as u64 {
         let reference = next();
         bench.tick(Order { control: 1.0, reference, ..Order::default() });
-        see(cycle as f64 * dt, reference.position, bench.truth().plant.machine.angle);
+        see(cycle as f64 * dt, reference.position, bench.true_state().plant.machine.angle);
     }
 }
 

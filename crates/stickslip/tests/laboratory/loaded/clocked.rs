@@ -7,7 +7,7 @@ use super::*;
 use stickslip::ControllerChoice;
 use stickslip::bench::tap::tap;
 use stickslip::bench::{Change, ClockedBench, Frame, Request, SpeedRamp, ThreadSettings};
-use stickslip::load::load_by_the_clock;
+use stickslip::load::load_in_real_time;
 use stickslip_core::supervise::{Fault, SafetyState};
 
 /// A slow tick, some that may be missed, and a sample of four of them, with a controller as soft as that admits.
@@ -199,7 +199,7 @@ fn manoeuvres_by_the_clock_replay_without_the_controller() {
         external.set(name, value).unwrap();
     }
     let loaded =
-        load_by_the_clock(&slow(), external, 0.0, 3, Some(&run), ThreadSettings::PLAIN, &Watch::silent()).unwrap();
+        load_in_real_time(&slow(), external, 0.0, 3, Some(&run), ThreadSettings::PLAIN, &Watch::silent()).unwrap();
     let replayed = replay(&Record::read(&run).unwrap(), &Watch::silent()).unwrap();
     assert!(replayed.identical(), "{replayed}");
     let value = |name: &str| loaded.summary().value(name);
