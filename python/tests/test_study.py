@@ -163,7 +163,7 @@ def test_a_preset_takes_the_place_of_its_name():
 
 
 def test_what_is_wrong_is_told_before_anything_runs(file, tmp_path):
-    with pytest.raises(stickslip.InvalidValue, match=r"manoevres is not known \(study\). Did you mean manoeuvres\?"):
+    with pytest.raises(stickslip.InvalidValue, match=r"unknown parameter manoevres \(study\). Did you mean manoeuvres\?"):
         stickslip.study({"manoevres": ["creep"]})
     with pytest.raises(stickslip.InvalidValue, match="plant.drive.load_inertia = 5 kg m\\^2 is outside"):
         stickslip.study(PLAN | {"axis": [{"path": "plant.drive.load_inertia", "values": [5]}]})

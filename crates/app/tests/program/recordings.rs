@@ -76,7 +76,7 @@ fn a_bare_spreadsheet_and_eleven_answers_give_the_mass() {
     assert!(said.contains("Column of the measured position [Istposition]") && said.contains("achse-machine.toml"));
     let again = stickslip(folder.path(), &init, &answers);
     assert_eq!(again.status.code(), Some(1));
-    assert!(stderr(&again).contains("exists already") && stderr(&again).contains("--force"), "{}", stderr(&again));
+    assert!(stderr(&again).contains("file exists") && stderr(&again).contains("--force"), "{}", stderr(&again));
     succeeded(stickslip(folder.path(), &[&init[..], &["--force"]].concat(), &answers));
     let identify = ["identify", "achse.csv", "--machine", "achse-machine.toml", "--out", "out"];
     let said = succeeded(stickslip(folder.path(), &identify, ""));
@@ -97,7 +97,7 @@ fn guesses_are_taken_on_request_and_an_input_that_ends_is_refused() {
     assert!(stderr(&ends).contains("one answer a line") && !folder.path().join("m.toml").exists());
     let wrong = stickslip(folder.path(), &["machine", "init", "a.csv", "--out", "m.toml"], "\nWeg\n");
     assert_eq!(wrong.status.code(), Some(1));
-    assert!(stderr(&wrong).contains("\"Weg\" is no answer"), "{}", stderr(&wrong));
+    assert!(stderr(&wrong).contains("\"Weg\" is not valid"), "{}", stderr(&wrong));
     succeeded(stickslip(folder.path(), &["machine", "init", "a.csv", "--out", "m.toml", "--yes"], ""));
     let machine = Machine::read(&folder.path().join("m.toml")).expect("it loads");
     assert_eq!((machine.columns.position.name.as_str(), machine.gain), ("Istposition", 1.0));

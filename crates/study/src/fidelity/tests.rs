@@ -347,13 +347,13 @@ fn a_name_that_is_none_is_told_with_those_that_are() {
     let law = message(Selection { laws: vec!["newton".into()], ..Selection::default() });
     assert_eq!(
         law,
-        "newton is no law. There are: paper, smooth, karnopp, bristle, residual, residual_slow, admittance, admittance_slow, auto."
+        "unknown law newton. Available: paper, smooth, karnopp, bristle, residual, residual_slow, admittance, admittance_slow, auto."
     );
     assert!(
-        message(Selection { mismatches: vec!["x".into()], ..Selection::default() }).starts_with("x is no mismatch.")
+        message(Selection { mismatches: vec!["x".into()], ..Selection::default() }).starts_with("unknown mismatch x.")
     );
     assert!(
-        message(Selection { scenarios: vec!["x".into()], ..Selection::default() }).starts_with("x is no scenario.")
+        message(Selection { scenarios: vec!["x".into()], ..Selection::default() }).starts_with("unknown scenario x.")
     );
 }
 
