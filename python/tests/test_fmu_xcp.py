@@ -276,11 +276,11 @@ def test_where_the_service_is_can_be_told_and_what_cannot_be_is_said(importers, 
     if version == 3:
         instance.refused("in configuration mode", instance.fmu.setUInt16, [of.references["xcp.tcp.port"]], [port])
         instance.fmu.enterConfigurationMode()
-        instance.refused("is none", instance.fmu.setUInt16, [of.references["xcp.tcp.port"]], [0])
+        instance.refused("is not valid", instance.fmu.setUInt16, [of.references["xcp.tcp.port"]], [0])
         instance.refused("no variable of type Boolean", instance.fmu.setBoolean, [of.references["xcp.tcp.port"]], [True])
         instance.fmu.exitConfigurationMode()
     else:
-        instance.refused("is none", instance.fmu.setInteger, [of.references["xcp.tcp.port"]], [70000])
+        instance.refused("is not valid", instance.fmu.setInteger, [of.references["xcp.tcp.port"]], [70000])
     instance.free()
     # Switched off it opens nothing, as often as one likes.
     several = [of.bare() for _ in range(3)]
