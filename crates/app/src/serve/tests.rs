@@ -329,7 +329,7 @@ fn a_stream_of_every_cycle_that_cannot_be_is_refused_with_what_can() {
         (json!(["angel"]), "Did you mean angle?"),
         (json!(many), "At most 64"),
         (json!(["angle", "state", "angle"]), "angle twice"),
-        (json!([]), "Choose one at least"),
+        (json!([]), "Choose at least one"),
         (json!("angle"), "no call"),
         (json!([1]), "no call"),
     ] {

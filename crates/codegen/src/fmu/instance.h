@@ -210,8 +210,8 @@ static int fmu_enter(fmu_instance *instance, const char *what, fmu_phase from, f
     return 1;
 }
 
-/* The slope of each number after one step from here along a direction of parameters, state and inputs: what the
- * references `by` change by `seed`, and all else does not. */
+/* The slope of each number after one step from here along a direction of parameters, state and inputs: the
+ * numbers `by` change by `seed`, all others are constant. */
 static int fmu_derivative(fmu_instance *instance, const uint32_t *of, size_t n_of, const uint32_t *by, size_t n_by,
                           const double *seed, double *sensitivity) {
     const fmu_model *model = &instance->memory.model;

@@ -139,8 +139,7 @@ fn begin_function(program: &Program, name: &str) -> String {
     format!(
         "void *stickslip_begin(double sample_time, double torque_limit, const double *parameters) {{\n    \
          stickslip_instance *instance;\n    \
-         if (!(isfinite(sample_time) && (sample_time > 0.0) && isfinite(torque_limit) && (torque_limit >= 0.0))) {{\n \
-                \
+         if (!(isfinite(sample_time) && (sample_time > 0.0) && isfinite(torque_limit) && (torque_limit >= 0.0))) {{\n        \
          return NULL;\n    }}\n    \
          instance = calloc(1, sizeof *instance);\n    if (instance == NULL) {{\n        return NULL;\n    }}\n    \
          instance->sample_time = sample_time;\n    instance->torque_limit = torque_limit;\n{init}    \
