@@ -1,6 +1,6 @@
-//! Files that are result completely or not at all.
+//! Files that are written completely or not at all.
 //!
-//! A result is result next to its target, forced to the disk and renamed: the target is the old file or the new one,
+//! A result is written next to its target, forced to the disk and renamed: the target is the old file or the new one,
 //! never a part of it, also after a failure or a loss of power.
 
 use std::fs::{self, File, OpenOptions};
@@ -29,7 +29,7 @@ pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
 
 /// Replaces the file at `path` by the output of `fill`, completely or not at all.
 ///
-/// A device or pipe must not be replaced by a file: it is result directly.
+/// A device or pipe must not be replaced by a file: it is written directly.
 ///
 /// # Errors
 /// [`Error::File`] with the error of `fill` or of the system; the old file, if there was one, is unchanged.

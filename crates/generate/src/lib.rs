@@ -3,7 +3,7 @@
 //! [`blocks`] lists the blocks; [`generate`] makes the files of one: header, source, self-test, example, page and
 //! diagram; [`fmu()`] makes an FMU of it for simulation tools; [`module()`] takes a controller that was recorded
 //! elsewhere. The C code computes the same bits as the Rust code in the chosen precision. Choices of the preset (which
-//! friction model, which controller) are generated when the code is written; numbers stay open, as parameters with the
+//! friction model, which controller) are fixed when the code is written; numbers stay variable, as parameters with the
 //! preset's values.
 #![forbid(unsafe_code)]
 
@@ -51,7 +51,7 @@ pub enum Precision {
     Single,
 }
 
-/// Files generated of a block.
+/// Generated files of a block.
 #[derive(Clone, Debug)]
 pub struct Generated {
     /// Name of the block.

@@ -64,7 +64,7 @@ struct Builder<'a> {
     operation: HashMap<Id, usize>,
 }
 
-/// Placeholders of the whole input and state, until the required parts are other.
+/// Placeholders of the whole input and state, until the required parts are known.
 const INPUT: usize = 0;
 const STATE: usize = 1;
 

@@ -67,7 +67,7 @@ pub(super) fn arrange(diagram: &Diagram, page: usize) -> Picture {
 }
 
 fn place(elements: &[Element]) -> Layout {
-    // The element and port of the source of a signal; the last ones if groups are several.
+    // The element and port of the source of a signal; the last ones if there are several.
     let begin = |from: &End| {
         let place = |(number, element): (usize, &Element)| {
             element.outputs.iter().rposition(|end| end == from).map(|port| (number, port))

@@ -50,7 +50,7 @@ impl Random {
     }
 }
 
-/// A value near the values one, according to the kind of number and its range. A number without a range is computed
+/// A value near the given one, according to the kind of number and its range. A number without a range is computed
 /// from others: varied alone it would describe an unstable machine.
 fn vary(field: &Field, value: f64, random: &mut Random) -> f64 {
     match field.kind {

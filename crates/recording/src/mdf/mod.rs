@@ -152,7 +152,7 @@ pub struct Signal {
     fault: Option<String>,
 }
 
-/// Reads a complete file, also of an interrupted writer.
+/// Reads a whole file, also of an interrupted writer.
 ///
 /// # Errors
 /// A file that cannot be read, is damaged or cut, or is an unsupported kind of MDF.

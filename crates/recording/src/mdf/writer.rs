@@ -19,7 +19,7 @@ const BLOCK_SIZE: usize = 1 << 20;
 
 /// A growing recording.
 ///
-/// Rows are collected, and result as one compressed block when they span 0.1 s, when they fill a megabyte, or on
+/// Rows are collected, and written as one compressed block when they span 0.1 s, when they fill a megabyte, or on
 /// [`flush`](Self::flush); call it every 100 ms if the stream may pause. The memory does not grow with the recording.
 /// If the disk is full, calls fail and change nothing: free space and continue. A refused row is missing; the channel
 /// `cycle` shows it.
@@ -29,11 +29,11 @@ pub struct Writer {
     tick_time: f64,
     /// Values per row.
     width: usize,
-    /// Rows not yet result, and their first cycle.
+    /// Rows not yet written, and their first cycle.
     rows: Vec<u8>,
     first: u64,
     last: Option<u64>,
-    /// Bytes of the rows result.
+    /// Bytes of the written rows.
     written: u64,
     /// Address of the next block.
     end: u64,
@@ -66,7 +66,7 @@ impl Writer {
     ///
     /// # Errors
     /// Two channels of one name, one without a name, or one with the name `time` or `cycle`; a period that is not above
-    /// 0; a file that cannot be result, or that another process is writing.
+    /// 0; a file that cannot be written, or that another process is writing.
     pub fn create(path: &Path, header: &Header, channels: &[Channel], tick_time: f64) -> Result<Self, Error> {
         let failed = |source| Error::file(path, "create", source);
         let file = File::options().write(true).create(true).truncate(false).open(path).map_err(failed)?;
@@ -124,7 +124,7 @@ impl Writer {
     /// Takes one row: all channels in a cycle.
     ///
     /// # Errors
-    /// A cycle that is not after the last one; a block that cannot be result. The row is then not recorded, and the
+    /// A cycle that is not after the last one; a block that cannot be written. The row is then not recorded, and the
     /// next one tries to write the block again.
     ///
     /// # Panics
@@ -153,7 +153,7 @@ impl Writer {
     /// Writes the rows so far. After its return they survive the end of this process.
     ///
     /// # Errors
-    /// [`Error::File`]; the rows are kept, and result when there is space.
+    /// [`Error::File`]; the rows are kept, and written when there is space.
     pub fn flush(&mut self) -> Result<(), Error> {
         if self.rows.is_empty() {
             return Ok(());
@@ -220,7 +220,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Length of the file [bytes], without rows that are not yet result.
+    /// Length of the file [bytes], without rows that are not yet written.
     pub fn bytes(&self) -> u64 {
         self.end
     }
@@ -249,7 +249,7 @@ impl Writer {
     fn append(&mut self, place: u64, target: u64) -> Result<(), Error> {
         let bytes = std::mem::take(&mut self.blocks.bytes);
         let result = self.put(self.end, &bytes).and_then(|()| self.put(place, &target.to_le_bytes()));
-        // Only on success: failed blocks are result again at the same place.
+        // Only on success: failed blocks are written again at the same place.
         self.end += result.as_ref().map_or(0, |()| bytes.len() as u64);
         self.blocks.bytes = bytes;
         result
