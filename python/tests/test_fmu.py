@@ -184,10 +184,10 @@ def test_invalid_calls_are_refused_with_a_message_and_change_nothing(importers, 
     instance.refused("no variable of value reference 9999", instance.put, [of.references["input.velocity"], 9999], [0.7, 1.0])
     assert instance.get(["input.velocity"])[0] == 0.0
     for value in (np.nan, np.inf):
-        instance.refused("is no finite number", instance.set, {"input.velocity": value})
+        instance.refused("is not finite", instance.set, {"input.velocity": value})
     instance.refused("is computed", instance.set, {"output.torque": 1.0})
-    instance.refused("until initialization ends", instance.set, {of.names("state")[0]: 1.0})
-    for point, length, words in ((0.0, -STEP, "is none"), (0.0, np.nan, "is none"), (1.0, STEP, "the instance stands at 0 s")):
+    instance.refused("after initialization ends", instance.set, {of.names("state")[0]: 1.0})
+    for point, length, words in ((0.0, -STEP, "is not valid"), (0.0, np.nan, "is not valid"), (1.0, STEP, "the instance is at 0 s")):
         instance.refused(words, instance.step, point, length)
     instance.set({stiffness: -1.0})
     instance.refused("bristle_stiffness", instance.step, 0.0, STEP)
@@ -281,10 +281,10 @@ def test_derivatives_are_the_slopes_of_a_step(importers, block, version):
         adjoint = instance.fmu.getAdjointDerivative(unknowns, known_references, list(weights), len(known_references))
         np.testing.assert_allclose(adjoint, [weights @ slopes[name] for name in inputs], rtol=1e-9, atol=1e-12)
         several = [unknowns[0]] * (len(unknowns) + 1)
-        instance.refused("and the model computes", instance.fmu.getAdjointDerivative, several, known_references, [1.0] * len(several), len(known_references))
+        instance.refused("but the model computes", instance.fmu.getAdjointDerivative, several, known_references, [1.0] * len(several), len(known_references))
         instance.refused("Each unknown has one seed", instance.fmu.getAdjointDerivative, unknowns, known_references, list(weights), 1)
     parameter = of.references[of.names("parameters")[0]]
-    instance.refused("follows from nothing", instance.fmu.getDirectionalDerivative, [parameter], [unknowns[0]], [1.0])
+    instance.refused("has no derivatives", instance.fmu.getDirectionalDerivative, [parameter], [unknowns[0]], [1.0])
     output = of.references[outputs[0]]
     instance.refused("it is an output", instance.fmu.getDirectionalDerivative, [output], [output], [1.0])
     instance.free()

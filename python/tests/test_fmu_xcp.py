@@ -276,11 +276,11 @@ def test_the_service_address_is_configurable_and_errors_are_reported(importers, 
     if version == 3:
         instance.refused("in configuration mode", instance.fmu.setUInt16, [of.references["xcp.tcp.port"]], [port])
         instance.fmu.enterConfigurationMode()
-        instance.refused("is none", instance.fmu.setUInt16, [of.references["xcp.tcp.port"]], [0])
+        instance.refused("is not valid", instance.fmu.setUInt16, [of.references["xcp.tcp.port"]], [0])
         instance.refused("no variable of type Boolean", instance.fmu.setBoolean, [of.references["xcp.tcp.port"]], [True])
         instance.fmu.exitConfigurationMode()
     else:
-        instance.refused("is none", instance.fmu.setInteger, [of.references["xcp.tcp.port"]], [70000])
+        instance.refused("is not valid", instance.fmu.setInteger, [of.references["xcp.tcp.port"]], [70000])
     instance.free()
     # A disabled service opens no port, with any number of instances.
     several = [of.bare() for _ in range(3)]

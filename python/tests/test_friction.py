@@ -34,7 +34,7 @@ def test_the_frictions_of_a_preset_are_found_by_their_paths(bench):
     assert wheel.steady(50.0) == pytest.approx(0.14, rel=1e-5)
     with pytest.raises(stickslip.UnknownName, match="model.drive is not a friction"):
         bench.friction("model.drive")
-    with pytest.raises(stickslip.UnknownName, match="is no parameter"):
+    with pytest.raises(stickslip.UnknownName, match="unknown parameter"):
         bench.friction("model.nothing")
 
 

@@ -30,7 +30,7 @@ def test_a_preset_is_a_mapping_of_paths(bench):
 
 
 def test_an_unknown_name_gets_the_nearest_known_one(bench):
-    with pytest.raises(stickslip.UnknownName, match=r"^model.own.breakawy is no parameter. Did you mean model.own."):
+    with pytest.raises(stickslip.UnknownName, match=r"^unknown parameter model.own.breakawy. Did you mean model.own."):
         bench["model.own.breakawy"]
     with pytest.raises(AttributeError, match="Did you mean"):
         bench.model.own.breakaway_torqe
@@ -90,7 +90,7 @@ def test_all_errors_are_reported_together_with_the_messages_of_the_command_line(
     with pytest.raises(stickslip.InvalidValue) as caught:
         bench.set({"bench.tick_rate": -1, "model.own.breakaway_torque": float("nan")})
     assert "bench.tick_rate = -1 Hz is outside 500 … 20000 Hz (presets/clm-bench.toml:" in str(caught.value)
-    assert "model.own.breakaway_torque = NaN is not a finite number" in str(caught.value)
+    assert "model.own.breakaway_torque = NaN is not finite" in str(caught.value)
     with pytest.raises(ValueError, match="Choose one of"):
         bench.set({"bench.controller.kind": "fuzzy"})
     with pytest.raises(stickslip.UnknownName):

@@ -163,7 +163,7 @@ def test_a_study_accepts_a_preset_object():
 
 
 def test_errors_in_a_plan_are_raised_before_a_case_runs(file, tmp_path):
-    with pytest.raises(stickslip.InvalidValue, match=r"manoevres is not known \(study\). Did you mean manoeuvres\?"):
+    with pytest.raises(stickslip.InvalidValue, match=r"unknown parameter manoevres \(study\). Did you mean manoeuvres\?"):
         stickslip.study({"manoevres": ["creep"]})
     with pytest.raises(stickslip.InvalidValue, match="plant.drive.load_inertia = 5 kg m\\^2 is outside"):
         stickslip.study(PLAN | {"axis": [{"path": "plant.drive.load_inertia", "values": [5]}]})

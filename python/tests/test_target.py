@@ -448,10 +448,10 @@ def test_a_wrong_declaration_is_refused(declared, words):
 
 def test_a_missing_or_failing_compiler_is_named_with_the_remedy(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.raises(stickslip.Error, match="no-such-compiler does not compile it.*variable CC"):
+    with pytest.raises(stickslip.Error, match="no-such-compiler does not compile the generated code.*variable CC"):
         law.build()
     monkeypatch.setenv("CC", "false")
-    with pytest.raises(stickslip.Error, match="false does not compile it: it says nothing"):
+    with pytest.raises(stickslip.Error, match="false does not compile the generated code: no message"):
         law.build()
 
 

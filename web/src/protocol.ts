@@ -582,17 +582,17 @@ export type Alignment = {
   /** Offset added to the time of each [s]. */
   shifts: number[]
 }
-/** What an axis shows and how. */
+/** Quantity, unit and scale of an axis. */
 export type Axis = {
   /** ln x instead of x. */
   logarithmic?: boolean
-  /** What it shows. */
+  /** The quantity. */
   quantity: string
-  /** Chosen, not by the data. */
+  /** Fixed range instead of that of the data. */
   range?: [number, number] | null
   /** asinh(x/2) instead of x. */
   stretched: boolean
-  /** As in a field. */
+  /** Unit, as in a field. */
   unit: string
 }
 /** Size of a block, with all called blocks. */
@@ -860,11 +860,11 @@ export type Factor = {
 }
 /** A plot. Points are drawn first, then bands, then lines, so that no cloud hides a curve. */
 export type Figure = {
-  /** Parts of the horizontal axis that have a name. */
+  /** Named parts of the horizontal axis. */
   intervals?: Interval[]
-  /** What is drawn. */
+  /** The series. */
   series: Series[]
-  /** What it is called. */
+  /** The title. */
   title: string
   /** To the right. */
   x: Axis
@@ -1021,9 +1021,9 @@ export type HuntingView = {
   /** Instants [s]. */
   time: number[]
 }
-/** A part of the horizontal axis with a name. */
+/** A named part of the horizontal axis. */
 export type Interval = {
-  /** Its begin. */
+  /** Its start. */
   from: number
   /** Its name. */
   name: string
@@ -1468,7 +1468,7 @@ export type ReplayProgress = {
   /** Result, or reason of the end. */
   sentence: string | null
 }
-/** What a series is: it looks the same in every figure. */
+/** Meaning of a series: it has the same colour in every figure. */
 export type Role = "measured"
   | "fitted"
   | "desired"
@@ -1518,17 +1518,17 @@ export type Run = {
   /** Version of the program. */
   version: string
 }
-/** Values with a role and a name. What is not finite or absurd (beyond 1e15) is left out; a line has a gap there. */
+/** Values with a role and a name. Values that are not finite or beyond 1e15 are omitted; a line has a gap there. */
 export type Series = {
-  /** A line that is dashed, whatever its role. */
+  /** A dashed line, for any role. */
   dashed?: boolean
   /** Its values. */
   data: Data
-  /** Points that are larger. */
+  /** Larger points. */
   large?: boolean
-  /** As in a legend. */
+  /** Name in the legend. */
   name: string
-  /** What it means. */
+  /** The role. */
   role: Role
 }
 /** A signal. */

@@ -1,86 +1,87 @@
 //! Errors that every crate can return: cause, place and remedy as fields; formatted at the edge.
 //!
-//! Each crate above has an enum of what only it can fail of. It converts into [`Error::Of`]; [`Error::of`] finds it again.
+//! Each crate above has an enum of its specific errors. It converts into [`Error::Of`]; [`Error::of`] returns it.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::parameters::ParameterProblems;
 
-/// Any failure of the laboratory.
+/// An error of the laboratory.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The operating system refused a file.
+    /// A file operation that failed.
     #[error("{}: cannot {action} it ({source}). {}", path.display(), remedy(source))]
     File {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What was tried: "read", "write".
+        /// The operation: "read", "write".
         action: &'static str,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// Something is wrong with a parameter file.
+    /// An invalid parameter file.
     #[error(transparent)]
     Parameters(#[from] ParameterProblems),
-    /// There is no parameter at this path.
-    #[error("{path} is no parameter. {}", did_you_mean(nearest.as_deref(), "`stickslip params describe` lists them all."))]
+    /// An unknown parameter.
+    #[error("unknown parameter {path}. {}", did_you_mean(nearest.as_deref(), "`stickslip params describe` lists all \
+        parameters."))]
     UnknownParameter {
-        /// The path asked for.
+        /// The requested path.
         path: String,
-        /// The known path most like it.
+        /// The most similar known path.
         nearest: Option<String>,
     },
-    /// There is no preset of this name, and it is no file.
-    #[error("{name} is no preset. {} A path to a file will do, too.",
-        did_you_mean(*nearest, &format!("There are: {}.", known.join(", "))))]
+    /// An unknown preset, which is not the path of a file either.
+    #[error("unknown preset {name}. {} A path to a file is accepted, too.",
+        did_you_mean(*nearest, &format!("Presets: {}.", known.join(", "))))]
     UnknownPreset {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The known name most like it.
+        /// The most similar known name.
         nearest: Option<&'static str>,
         /// All names.
         known: Vec<&'static str>,
     },
-    /// A point that no curve can be fitted through.
+    /// A point that is not valid for a fit.
     #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
     CurvePoint {
-        /// Counted from 0.
+        /// Index, from 0.
         index: usize,
         /// `velocity`, `torque` or `standard_error`.
         field: &'static str,
         /// Its value.
         value: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// Not enough of something for what was asked.
-    #[error("{found} {what}, {needed} are needed. {remedy}")]
+    /// Too few values for a computation.
+    #[error("too few {what}: {found}; at least {needed} required. {remedy}")]
     TooFew {
-        /// Of what.
+        /// Name of the values, plural.
         what: &'static str,
-        /// How many there are.
+        /// Available number.
         found: usize,
-        /// How many there should be.
+        /// Required number.
         needed: usize,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// A low-pass that the sampling rate does not allow.
+    /// A low-pass above half the sampling rate.
     #[error(
-        "a low-pass at {cutoff} Hz needs a sampling rate above twice that, and there are {rate} Hz. Lower the cut-off."
+        "a low-pass at {cutoff} Hz requires a sampling rate above twice that; the rate is {rate} Hz. Lower the cut-off."
     )]
     Cutoff {
-        /// Asked for [Hz].
+        /// Cut-off frequency [Hz].
         cutoff: f64,
         /// Sampling rate [Hz].
         rate: f64,
     },
-    /// A number that a design starts from makes no sense.
+    /// An input of a design that is out of range.
     #[error("{name} = {value} {unit} is outside {minimum} … {maximum} {unit}. {remedy}")]
     OutOfRange {
-        /// What the number is, in words.
+        /// Name of the number, in words.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -90,142 +91,146 @@ pub enum Error {
         minimum: f64,
         /// Largest allowed value.
         maximum: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// Matrices or lists that do not fit each other.
-    #[error("{what} has {found} where {expected} belong. {remedy}")]
+    /// Matrices or lists of incompatible sizes.
+    #[error("{what}: size {found}, expected {expected}. {remedy}")]
     Dimension {
-        /// Which one.
+        /// Name of the matrix or list.
         what: &'static str,
         /// Its size.
         found: usize,
-        /// The size that the others ask for.
+        /// The size that matches the others.
         expected: usize,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// A matrix with NaN or infinity.
-    #[error("{what} contains {value}. Look where the number comes from: a parameter that was divided by zero?")]
+    /// A matrix or number with NaN or infinity.
+    #[error(
+        "{what} is not finite ({value}). Check the parameters that it is computed from, for example for a \
+        division by zero."
+    )]
     NotFinite {
-        /// Which matrix.
+        /// Name of the matrix or number.
         what: &'static str,
-        /// The number.
+        /// The non-finite number.
         value: f64,
     },
-    /// A computation on a linear system that has no answer.
+    /// A computation on a linear system that has no solution.
     #[error("{what} cannot be computed. {remedy}")]
     NotSolvable {
-        /// What was asked for.
+        /// The requested result.
         what: &'static str,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// A unit that is unknown or measures something else.
-    #[error("{place}: unit \"{unit}\" does not fit. Use one of {known}.")]
+    /// A unit that is unknown or of another quantity.
+    #[error("{place}: unit \"{unit}\" is unknown or of another quantity. Use one of {known}.")]
     Unit {
-        /// Whose unit.
+        /// Place of the unit.
         place: String,
-        /// As given.
+        /// The unit.
         unit: String,
-        /// What would do.
+        /// The valid units.
         known: String,
     },
-    /// Supervision has taken the torque away.
+    /// A fault: the supervision has removed the torque.
     #[error("fault in cycle {cycle}: {reason}")]
     BenchFault {
-        /// In which tick.
+        /// Number of the tick.
         cycle: u64,
-        /// What was measured, what is allowed, what to do.
+        /// Measured value, limit and remedy.
         reason: String,
     },
-    /// Supervision does not admit what was asked for.
+    /// A request that the supervision refuses.
     #[error(transparent)]
     Refused(#[from] stickslip_core::supervise::Refusal),
-    /// An experiment that needs the screw's zero.
+    /// An experiment that requires the screw's zero.
     #[error("the bench is not homed: the screw's zero is unknown. Home it first.")]
     NotHomed,
-    /// The user cancelled; results so far are kept by whoever has them.
+    /// The user cancelled; the caller keeps the results up to then.
     #[error("cancelled")]
     Cancelled,
-    /// A recording, or a column of it, that cannot be what it is taken for.
+    /// An invalid recording, or an invalid column of it.
     #[error("{}: {fault}. {remedy}", path.display())]
     Recording {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The cause.
         fault: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
     /// A file that would be overwritten.
-    #[error("{}: it exists already. Add --force to replace it, or give another name with --out.", path.display())]
+    #[error("{}: file exists. Add --force to replace it, or state another name with --out.", path.display())]
     Exists {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
-    /// An answer that is none.
-    #[error("{question}: \"{answer}\" is no answer. {remedy}")]
+    /// An invalid answer or value.
+    #[error("{question}: \"{answer}\" is not valid. {remedy}")]
     Answer {
-        /// What was asked.
+        /// The question, or the name of the value.
         question: String,
-        /// What was said.
+        /// The answer, or the value.
         answer: String,
-        /// What can be said.
+        /// Valid answers.
         remedy: String,
     },
-    /// A saved document that is not one, or not of a kind that is understood here.
+    /// A saved document with an error, or of an unknown kind.
     #[error("{}{}: {reason}. {remedy}", path.display(), place.map(|[line, column]| format!(":{line}:{column}")).unwrap_or_default())]
     Document {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Line and column, counted from 1, where the text breaks off.
+        /// Line and column of the error, from 1.
         place: Option<[usize; 2]>,
-        /// What is wrong.
+        /// The cause.
         reason: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// A bench that cannot render.
     #[error(
-        "{preset} has no load motor, so that nothing can be rendered. Take a preset whose plant.load_motor has a torque constant."
+        "{preset} has no load motor; rendering is not possible. Choose a preset with a torque constant in \
+         plant.load_motor."
     )]
     NothingToRender {
         /// The preset.
         preset: String,
     },
-    /// A part of a benchmark that there is not.
-    #[error("{name} is no {what}. There are: {}.", known.join(", "))]
+    /// An unknown part of a benchmark.
+    #[error("unknown {what} {name}. Available: {}.", known.join(", "))]
     NothingToCompare {
-        /// What it should be.
+        /// Kind of the part.
         what: &'static str,
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// Those that there are.
+        /// Available names.
         known: Vec<&'static str>,
     },
-    /// There is nothing of this name.
+    /// An unknown name.
     #[error("there is no {what} {name}. {remedy}")]
     Unknown {
-        /// Of what kind.
+        /// Kind of the name.
         what: &'static str,
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// Available names, or another remedy.
         remedy: String,
     },
-    /// A failure of one subject; [`of`](Self::of) gives its own enum.
+    /// An error of one crate; [`of`](Self::of) returns its enum.
     #[error(transparent)]
     Of(Box<dyn std::error::Error + Send + Sync>),
 }
 
 impl Error {
-    /// The system refused to `action` ("read", "write", "create") the file or folder.
+    /// A failure to `action` ("read", "write", "create") a file or folder.
     pub fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
         Error::File { path: path.into(), action, source }
     }
 
-    /// The failure as one of a subject, such as `DesignError`; `None` if it is another.
+    /// The error of one crate, such as `DesignError`; `None` for all others.
     pub fn of<E: std::error::Error + 'static>(&self) -> Option<&E> {
         match self {
             Error::Of(error) => error.downcast_ref(),
@@ -234,22 +239,22 @@ impl Error {
     }
 }
 
-/// What to do about a refusal of the system.
+/// Remedy for an error of the operating system.
 fn remedy(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::NotFound => "Check the path: a part of it does not exist.",
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            "Choose another place, or get the right."
+            "Choose another folder, or change its permissions."
         }
         io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => "A part of the path is a file; choose another.",
         io::ErrorKind::IsADirectory | io::ErrorKind::DirectoryNotEmpty => "It is a folder; choose another name.",
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "The disk is full: make room, or choose another.",
-        io::ErrorKind::InvalidData => "It is no text in UTF-8; is it the right file?",
-        _ => "Choose another place, or mend what the system says.",
+        io::ErrorKind::InvalidData => "The file is not UTF-8 text; check that it is the right one.",
+        _ => "Choose another folder, or remove the cause stated above.",
     }
 }
 
-/// The nearest known name as a question, or another sentence where none is near.
+/// The nearest known name as a question, or else the sentence `otherwise`.
 pub fn did_you_mean(nearest: Option<&str>, otherwise: &str) -> String {
     nearest.map_or_else(|| otherwise.into(), |nearest| format!("Did you mean {nearest}?"))
 }

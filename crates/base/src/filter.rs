@@ -1,7 +1,7 @@
 //! Low-pass filters without phase: Butterworth and Chebyshev, run forward and backward, and decimation.
 //!
-//! Same results as SciPy's `butter`, `cheby1`, `sosfiltfilt` and `decimate` (verified to 1e-9). Only for recordings:
-//! a filter that looks ahead has no place in a loop.
+//! Same results as SciPy's `butter`, `cheby1`, `sosfiltfilt` and `decimate` (verified to 1e-9). Only for recordings: a
+//! filter that uses later samples cannot run in a loop.
 
 use std::f64::consts::PI;
 
@@ -51,7 +51,7 @@ impl LowPass {
         let mut sections = Vec::new();
         for k in 0..order.div_ceil(2) {
             let angle = PI * (order - 1 - 2 * k) as f64 / (2 * order) as f64;
-            // The analogue pole pair, in units where the bilinear transform is s = (1 − z⁻¹)/(1 + z⁻¹).
+            // The analogue pole pair, scaled so that the bilinear transform is s = (1 − z⁻¹)/(1 + z⁻¹).
             let (re, im) = (-warped * real * libm::cos(angle), warped * imaginary * libm::sin(angle));
             let single = 2 * k + 1 == order;
             let mut section = if single {
@@ -63,15 +63,15 @@ impl LowPass {
                 Section { b: [1.0, 2.0, 1.0], a: [-sum / denominator, product / denominator] }
             };
             let at_rest = section.gain();
-            let wanted = if k == 0 { gain } else { 1.0 };
-            section.b = section.b.map(|b| b * wanted / at_rest);
+            let target = if k == 0 { gain } else { 1.0 };
+            section.b = section.b.map(|b| b * target / at_rest);
             sections.push(section);
         }
         Ok(LowPass { sections, order })
     }
 
     /// Forward and backward: no phase, the gain squared. Both ends are continued by point reflection, and each pass
-    /// starts as if it had seen the first value forever.
+    /// starts in the steady state of the first value.
     ///
     /// # Errors
     /// A signal not longer than the continuation, 3·(order + 1) samples.
@@ -176,7 +176,7 @@ mod tests {
     fn a_straight_line_passes_unchanged_away_from_the_ends() {
         let line: Vec<f64> = (0..200).map(|i| 3.0 - 0.5 * i as f64).collect();
         let filtered = LowPass::butterworth(4, 100.0, 1000.0).unwrap().both_ways(&line).unwrap();
-        // The slowest pole pair of 100 Hz forgets nine digits in some 50 samples.
+        // The slowest pole pair of 100 Hz decays by nine decades in about 50 samples.
         assert_close(&filtered[60..140], &line[60..140]);
     }
 

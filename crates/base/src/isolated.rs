@@ -1,4 +1,4 @@
-//! Work whose panic is told to whoever asked for it, and ends nothing else.
+//! Work whose panic is returned as an error to the caller and ends nothing else.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -6,12 +6,12 @@ use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, set_hook, take_h
 use std::sync::Once;
 
 thread_local! {
-    /// Where the work of this thread panicked; nothing where no work is isolated.
+    /// Place of the panic in the work of this thread; `None` outside isolated work.
     static PLACE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Does the work; `Err` has the words of its panic and the place, which are then not written to the terminal as well. What
-/// the work had in its hands is not to be used any more.
+/// Does the work; `Err` has the message and the place of its panic, which are then not written to the terminal. Do not
+/// use values that the work has changed after a panic.
 pub fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     static LISTENS: Once = Once::new();
     LISTENS.call_once(|| {
@@ -28,7 +28,7 @@ pub fn isolated<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     ended.map_err(|panic| format!("{}{place}", words(&*panic)))
 }
 
-/// Notes where a panic is, if its work is isolated.
+/// Stores the place of a panic if its work is isolated; returns whether it is.
 pub fn heard(panic: &PanicHookInfo<'_>) -> bool {
     PLACE.with_borrow_mut(|place| {
         let Some(place) = place else { return false };
@@ -37,10 +37,10 @@ pub fn heard(panic: &PanicHookInfo<'_>) -> bool {
     })
 }
 
-/// What a panic says.
+/// The message of a panic.
 pub fn words(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("it does not say why")
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic without a message")
 }
 
 #[cfg(test)]
@@ -48,22 +48,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_told_with_its_place_and_work_without_one_comes_to_its_end() {
+    fn a_panic_is_returned_with_its_place_and_other_work_ends_normally() {
         assert_eq!(isolated(|| 2 + 2), Ok(4));
-        let told = isolated(|| [1, 2, 3][std::hint::black_box(7)]).unwrap_err();
-        assert!(told.starts_with("index out of bounds: the len is 3 but the index is 7 ("), "{told}");
-        assert!(told.contains("isolated.rs:"), "{told}");
-        assert!(isolated(|| std::panic::panic_any(7)).unwrap_err().starts_with("it does not say why ("));
+        let message = isolated(|| [1, 2, 3][std::hint::black_box(7)]).unwrap_err();
+        assert!(message.starts_with("index out of bounds: the len is 3 but the index is 7 ("), "{message}");
+        assert!(message.contains("isolated.rs:"), "{message}");
+        assert!(isolated(|| std::panic::panic_any(7)).unwrap_err().starts_with("panic without a message ("));
     }
 
     #[test]
-    fn work_within_work_is_isolated_by_itself() {
+    fn nested_work_is_isolated_separately() {
         let outer = isolated(|| {
             assert!(isolated(|| panic!("within")).unwrap_err().starts_with("within ("));
             panic!("around")
         });
         assert!(outer.map(|(): ()| ()).unwrap_err().starts_with("around ("));
-        // Nobody listens any more: a panic is again what it was.
+        // Afterwards panics are reported as usual.
         assert!(PLACE.with_borrow(Option::is_none));
     }
 }

@@ -1,5 +1,5 @@
-//! The shared floor of stickslip: units and quantities with uncertainty, presets and parameter files, figures, tables and
-//! reports, progress and cancellation, and the errors that every crate above can return.
+//! Shared basis of stickslip: units and quantities with uncertainty, presets and parameter files, figures, tables and
+//! reports, progress and cancellation, and the errors of all crates above.
 #![forbid(unsafe_code)]
 
 mod error;

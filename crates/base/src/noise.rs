@@ -1,4 +1,4 @@
-//! Noise that depends on seed, channel and cycle alone: any sample can be drawn again without those before it.
+//! Noise that depends on seed, channel and cycle alone: any sample can be computed without the previous ones.
 
 use stickslip_core::plant::Noise;
 
@@ -9,7 +9,7 @@ pub struct Normals {
 }
 
 impl Normals {
-    /// All streams of a seed.
+    /// All channels of a seed.
     pub fn new(seed: u64) -> Self {
         Normals { seed }
     }
@@ -25,7 +25,7 @@ impl Normals {
         [radius * cos, radius * sin]
     }
 
-    /// The normals that the virtual machine needs in a tick.
+    /// The normals of the virtual machine in a tick.
     pub fn of_tick(&self, cycle: u64) -> Noise<f64> {
         let [acceleration, tacho] = self.pair(0, cycle);
         let [current, first] = self.pair(1, cycle);
@@ -34,12 +34,12 @@ impl Normals {
     }
 }
 
-/// Channel of the ticks' instants; those below are the instruments'.
+/// Channel of the ticks' instants; lower channels are those of the instruments.
 pub const INSTANTS: u32 = 3;
 
-/// The ticks of a virtual bench whose instants wander: instant k lies ε_k off its place, ε normal and independent, so
-/// that ticks are longer and shorter by ε_(k+1) − ε_k and none is lost. Whole steps of the virtual machine only, and an
-/// instant never passes the next.
+/// The ticks of a virtual bench with jitter: instant k has the error ε_k, ε normal and independent, so that ticks are
+/// longer or shorter by ε_(k+1) − ε_k and none is lost. Instants are at whole steps of the virtual machine, and never
+/// pass the next instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ticks {
     steps: usize,
@@ -48,19 +48,19 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// Ticks of `steps` steps of `step` [s]; their instants wander by a standard deviation of `jitter` [s].
+    /// Ticks of `steps` steps of `step` [s]; the standard deviation of their instants is `jitter` [s].
     pub fn new(steps: usize, step: f64, jitter: f64) -> Self {
         Ticks { steps, spread: jitter / step }
     }
 
-    /// How many steps the machine takes in a tick.
+    /// Number of steps of the machine in a tick.
     pub fn steps(&self, normals: &Normals, cycle: u64) -> usize {
         if self.spread == 0.0 {
             return self.steps;
         }
         let offset = |cycle| {
             let [normal, _] = normals.pair(INSTANTS, cycle);
-            // A tick has at least one step, also between one instant late and the next early.
+            // A tick has at least one step, also between a late and an early instant.
             let most = ((self.steps - 1) / 2) as f64;
             libm::round(self.spread * normal).clamp(-most, most) as isize
         };
@@ -111,12 +111,12 @@ mod tests {
         for (sum, (expected, error)) in sums.iter().zip([(0.0, 1.0), (1.0, 1.41), (3.0, 9.8), (0.0, 1.0), (0.0, 1.0)]) {
             assert!((sum - expected).abs() < 4.0 * error / 316.0, "{sums:?}");
         }
-        assert!((200..350).contains(&beyond), "0.27 % lie beyond 3: {beyond}");
+        assert!((200..350).contains(&beyond), "expected beyond 3 σ: 0.27 %; found {beyond}");
         assert_eq!(normals.pair(3, 12), Normals::new(7).pair(3, 12));
         assert_ne!(normals.pair(3, 12), Normals::new(8).pair(3, 12));
     }
     #[test]
-    fn instants_wander_by_their_standard_deviation_and_no_tick_is_lost() {
+    fn instants_have_their_standard_deviation_and_no_tick_is_lost() {
         let (normals, n) = (Normals::new(7), 40_000);
         let ticks = Ticks::new(25, 10e-6, 10e-6);
         let lengths: Vec<usize> = (0..n).map(|cycle| ticks.steps(&normals, cycle)).collect();
@@ -126,7 +126,8 @@ mod tests {
             square += instant * instant / n as f64;
             of_length += (steps as f64 - 25.0).powi(2) / n as f64;
         }
-        // Rounding to whole steps adds h²/12; the begin is off by one ε for good. Its own share 1/√n is far less.
+        // Rounding to whole steps adds h²/12; the first instant has one ε that stays. The share 1/√n of the estimate is
+        // far smaller.
         let begin = libm::round(normals.pair(INSTANTS, 0)[0]) * 10e-6;
         let jitter = libm::sqrt(square - begin * begin);
         assert!((jitter / 10.4e-6 - 1.0).abs() < 0.02, "{jitter}");
@@ -137,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tick_has_a_step_however_far_its_instants_wander_and_without_jitter_all_are_equal() {
+    fn a_tick_has_a_step_for_any_jitter_and_without_jitter_all_are_equal() {
         let normals = Normals::new(7);
         let steps = |ticks: Ticks| (0..10_000).map(move |cycle| ticks.steps(&normals, cycle));
         let wild = Ticks::new(10, 25e-6, 1e-3);

@@ -1,7 +1,7 @@
-//! Files that are either whole or not there.
+//! Files that are written completely or not at all.
 //!
-//! A result is written beside its target, forced to the disk and renamed over it: who reads the target sees the old
-//! file or the new one, never half of one, also after a failure or a loss of power.
+//! A result is written next to its target, forced to the disk and renamed: the target is the old file or the new one,
+//! never a part of it, also after a failure or a loss of power.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -11,15 +11,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::Error;
 
-/// Creates the folder `directory` and those above it, where they do not exist.
+/// Creates the folder `directory` and its parents if they do not exist.
 ///
 /// # Errors
-/// [`Error::File`] with the folder that cannot be made.
+/// [`Error::File`] with the folder that cannot be created.
 pub fn create_folder(directory: &Path) -> Result<(), Error> {
     fs::create_dir_all(directory).map_err(|source| Error::file(directory, "create", source))
 }
 
-/// Replaces the file at `path` by `contents`, wholly or not at all.
+/// Replaces the file at `path` by `contents`, completely or not at all.
 ///
 /// # Errors
 /// [`Error::File`]; the old file, if there was one, is unchanged.
@@ -27,14 +27,14 @@ pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     write_with(path, |file| file.write_all(contents.as_ref()))
 }
 
-/// Replaces the file at `path` by what `fill` writes, wholly or not at all.
+/// Replaces the file at `path` by the output of `fill`, completely or not at all.
 ///
-/// A device or pipe has no old contents to keep and must not become a file: it is written directly.
+/// A device or pipe must not be replaced by a file: it is written directly.
 ///
 /// # Errors
-/// [`Error::File`] with what `fill` or the system said; the old file, if there was one, is unchanged.
+/// [`Error::File`] with the error of `fill` or of the system; the old file, if there was one, is unchanged.
 pub fn write_with(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> Result<(), Error> {
-    // A link stays a link: what it points to is replaced.
+    // A link stays a link: its target is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let old = fs::metadata(&target).ok();
     let result = match &old {
@@ -51,20 +51,20 @@ fn replace(
     permissions: Option<fs::Permissions>,
     fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
 ) -> io::Result<()> {
-    let (file, beside) = create_beside(target)?;
-    let written = fill_and_flush(file, fill).and_then(|file| {
+    let (file, temporary) = create_temporary(target)?;
+    let result = fill_and_flush(file, fill).and_then(|file| {
         if let Some(permissions) = permissions {
             file.set_permissions(permissions)?;
         }
         file.sync_all()?;
         drop(file); // Windows renames no open file.
-        fs::rename(&beside, target)
+        fs::rename(&temporary, target)
     });
-    if written.is_err() {
-        // The first error is the one to tell; a file left behind is hidden and harmless.
-        let _ = fs::remove_file(&beside);
+    if result.is_err() {
+        // The first error is reported; a remaining file is hidden and harmless.
+        let _ = fs::remove_file(&temporary);
     }
-    written
+    result
 }
 
 fn fill_and_flush(file: File, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> io::Result<File> {
@@ -74,16 +74,16 @@ fn fill_and_flush(file: File, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::
 }
 
 /// A new file in the target's folder (a rename works only within one file system), with its path.
-fn create_beside(target: &Path) -> io::Result<(File, PathBuf)> {
+fn create_temporary(target: &Path) -> io::Result<(File, PathBuf)> {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let name = target.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "no file name"))?;
     loop {
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let beside = target.with_file_name(format!(".{}.{}-{count}.part", name.to_string_lossy(), process::id()));
-        match File::create_new(&beside) {
-            // A crashed process of the same number left one: take the next name.
+        let temporary = target.with_file_name(format!(".{}.{}-{count}.part", name.to_string_lossy(), process::id()));
+        match File::create_new(&temporary) {
+            // A crashed process with the same number has left one: use the next name.
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            result => return Ok((result?, beside)),
+            result => return Ok((result?, temporary)),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::Error;
 
-/// `work` on each job, results in the order of the jobs whatever the number of threads. After a failure no job begins;
+/// `work` on each job, results in the order of the jobs for any number of threads. After a failure no job is started;
 /// the first failure in the order of the jobs is returned.
 pub fn map<J: Sync, R: Send>(
     jobs: &[J],
@@ -13,7 +13,7 @@ pub fn map<J: Sync, R: Send>(
     work: impl Fn(&J) -> Result<R, Error> + Sync,
 ) -> Result<Vec<R>, Error> {
     let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::with_capacity(jobs.len()));
+    let finished = Mutex::new(Vec::with_capacity(jobs.len()));
     let worker = || {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
@@ -22,18 +22,18 @@ pub fn map<J: Sync, R: Send>(
             if result.is_err() {
                 next.store(jobs.len(), Ordering::Relaxed);
             }
-            done.lock().expect("no worker panics with the lock").push((index, result));
+            finished.lock().expect("no worker panics with the lock").push((index, result));
         }
     };
     on(threads.min(jobs.len()), &worker);
     let mut results: Vec<Option<Result<R, Error>>> = jobs.iter().map(|_| None).collect();
-    for (index, result) in done.into_inner().expect("all workers have ended") {
+    for (index, result) in finished.into_inner().expect("all workers have ended") {
         results[index] = Some(result);
     }
     results.into_iter().flatten().collect()
 }
 
-/// On so many threads, this one among them. Compiled once for all kinds of work.
+/// Runs `worker` on a number of threads, including this one. Compiled once for all kinds of work.
 pub fn on(threads: usize, worker: &(dyn Fn() + Sync)) {
     std::thread::scope(|scope| {
         for _ in 1..threads {
@@ -43,7 +43,7 @@ pub fn on(threads: usize, worker: &(dyn Fn() + Sync)) {
     });
 }
 
-/// Threads that run at once on this machine.
+/// Number of threads that this machine runs in parallel.
 pub fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }

@@ -1,4 +1,4 @@
-//! What a preset file holds: the virtual machine as it is, what the software believes of it, and how the bench runs.
+//! Contents of a preset file: the virtual machine, the controller's model of it, and the settings of the bench.
 
 mod compensation;
 mod controller;
@@ -21,20 +21,21 @@ use stickslip_core::scalar::Scalar;
 use stickslip_core::supervise::{HomingPlan, SafetyLimits};
 use stickslip_core::tick::{Decoder, Scaling};
 
-/// A whole parameter set. Truth and belief are apart: controller, observer, law and experiments see `model` alone.
+/// A complete parameter set. The virtual machine and the controller's model are separate: controller, observer, law and
+/// experiments use only `model`.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(check = Preset::check)]
 pub struct Preset<T> {
-    /// The virtual machine, with its mismatch and its faults.
+    /// The virtual machine, with its deviations from the model and its faults.
     pub plant: Plant<T>,
-    /// What controller, observer, law and experiments believe. It starts as the data sheet and is changed only by
-    /// measurements.
+    /// Model of the machine that controller, observer, law and experiments use. It starts as the data sheet and is
+    /// changed only by measurements.
     pub model: Model<T>,
-    /// How the bench runs.
+    /// Settings of the bench.
     pub bench: Settings<T>,
 }
 
-/// What the software believes of the machine.
+/// The controller's model of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Model<T> {
     /// Masses, coupling and screw.
@@ -43,16 +44,16 @@ pub struct Model<T> {
     pub motor: Winding<T>,
     /// The load motor.
     pub load_motor: Winding<T>,
-    /// Its amplifier.
+    /// Amplifier of the load motor.
     pub load_amplifier: LoadAmplifier<T>,
     /// Scaling of instruments and servo amplifier.
     pub scaling: Scaling<T>,
-    /// The encoder's counts.
+    /// Counts of the encoder.
     pub encoder: Decoder<T>,
-    /// Lag of servo amplifier and tacho together: it bounds how stiff a velocity loop may be.
+    /// Lag of servo amplifier and tacho together. It limits the gain of a velocity loop.
     #[field(symbol = "τ", unit = "s", range = 0.0..=0.1, default = 0.85e-3)]
     pub drive_lag: T,
-    /// Lag of the servo amplifier alone; the rest of the lag above is the tacho's.
+    /// Lag of the servo amplifier alone. The difference to `drive_lag` is the lag of the tacho.
     #[field(symbol = "τ_s", unit = "s", range = 2e-5..=2e-2, default = 0.32e-3)]
     pub servo_lag: T,
     /// Noise of the tacho at the converter, RMS.
@@ -70,51 +71,51 @@ pub struct Model<T> {
     /// Damping ratio of the accelerometer.
     #[field(symbol = "ζ", unit = "1", range = 0.05..=2.0, default = 0.7)]
     pub accelerometer_damping: T,
-    /// Friction of the drive motor's brushes and bearings: entered, or measured with the coupling open. It is no
-    /// friction of the load and is subtracted.
+    /// Friction of the drive motor's brushes and bearings: entered, or measured with the coupling open. It is
+    /// subtracted from the measured friction, because it is not part of the load.
     pub motor_friction: Friction<T>,
     /// Friction on the load side, friction wheel included, as last measured.
     pub own: Stribeck<T>,
-    /// The bristles under it, as a presliding measurement shows them: for the laws that render presliding.
+    /// Bristles of this friction, from a presliding measurement; for the laws that render presliding.
     pub own_bristles: Bristles<T>,
-    /// How far the machine may be from all this.
+    /// Uncertainty of the model.
     pub doubt: ModelUncertainty<T>,
 }
 
-/// What may be wrong with a belief: the law that the bench picks by itself must bear it. The defaults are what a careful
-/// identification leaves; a calibration of the bench replaces them by what it found.
+/// Relative errors of the model that the automatically chosen law must tolerate. The defaults are the errors after a
+/// careful identification; a calibration of the bench replaces them by its results.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct ModelUncertainty<T> {
-    /// Torque of the drive per torque of the load motor, as a share.
+    /// Error of the torque of the drive per torque of the load motor, as a share.
     #[field(unit = "1", range = 0.0..=0.5, default = 4e-3)]
     pub drive_torque: T,
-    /// Load inertia, as a share.
+    /// Error of the load inertia, as a share.
     #[field(unit = "1", range = 0.0..=0.5, default = 2e-3)]
     pub load_inertia: T,
-    /// Stiffness of the coupling, as a share: a law that follows fast does not bear much of it.
+    /// Error of the stiffness of the coupling, as a share. A law with high bandwidth tolerates only a small error.
     #[field(unit = "1", range = 0.0..=0.5, default = 2e-3)]
     pub coupling_stiffness: T,
-    /// Breakaway and kinetic torque of the own friction, as a share.
+    /// Error of breakaway and kinetic torque of the own friction, as a share.
     #[field(unit = "1", range = 0.0..=0.5, default = 0.04)]
     pub friction: T,
-    /// Ripple of the own friction over a turn of the screw, as a share: no characteristic contains it.
+    /// Ripple of the own friction over a turn of the screw, as a share. It is not part of the characteristic.
     #[field(unit = "1", range = 0.0..=0.5, default = 0.04)]
     pub ripple: T,
-    /// Stiffness of the own bristles, as a share.
+    /// Error of the stiffness of the own bristles, as a share.
     #[field(unit = "1", range = 0.0..=0.9, default = 0.25)]
     pub bristle_stiffness: T,
 }
 
-/// How the bench runs.
+/// Settings of the bench.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Settings<T> {
     /// Rate of sensors, observer, rendering law and load-motor current control.
     #[field(symbol = "f_tick", unit = "Hz", range = 500.0..=20_000.0, default = 4000.0)]
     pub tick_rate: T,
-    /// Ticks per sample of the position controller. 0: so many that it runs at 1 kHz, at least 1.
+    /// Ticks per sample of the position controller. 0: as many as give 1 kHz, at least 1.
     #[field(symbol = "n_c", unit = "1", range = 0.0..=1000.0, whole)]
     pub control_divider: T,
-    /// Longest step of the virtual machine; a tick has a whole number of equal ones.
+    /// Longest step of the virtual machine. A tick has a whole number of equal steps.
     #[field(symbol = "h", unit = "s", range = 1e-7..=25e-6, default = 25e-6)]
     pub plant_step: T,
     /// Decay rates of the velocity observer, three real poles.
@@ -122,67 +123,68 @@ pub struct Settings<T> {
     pub observer_poles: [T; 3],
     /// The position controller.
     pub controller: ControllerChoice<T>,
-    /// Filter of its torque.
+    /// Filter of the controller's torque.
     pub filter: FilterChoice<T>,
-    /// What motions are shaped with.
+    /// Shaper of the set-point.
     pub shaper: ShaperChoice<T>,
-    /// Compensation of friction beside it.
+    /// Compensation of friction, in addition to the controller.
     pub compensation: CompensationChoice<T>,
-    /// What holds a position against stiction.
+    /// Hold at standstill against stiction.
     pub hold: Hold<T>,
-    /// The characteristic to be rendered.
+    /// Desired characteristic, which is rendered.
     pub desired: Stribeck<T>,
-    /// The bristles under it, for the laws that render presliding.
+    /// Bristles of the desired friction, for the laws that render presliding.
     pub desired_bristles: Bristles<T>,
     /// The rendering law.
     pub law: LawChoice<T>,
-    /// The elastic arm that is rendered besides friction, though the carriage does not carry it.
+    /// Elastic arm that is rendered in addition to friction; the carriage does not carry it.
     pub arm: Arm<T>,
     /// Half width of the fade-out interval of the paper's law.
     #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
     pub fade_velocity: T,
-    /// What stops the bench.
+    /// Limits at which the bench stops.
     pub safety: SafetyLimits<T>,
-    /// How the index is searched.
+    /// Search for the index pulse.
     pub homing: HomingPlan<T>,
 }
 
-/// How the difference of desired and own friction is rendered.
+/// Law that renders the difference of desired and own friction.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum LawChoice<T> {
-    /// The paper's: static difference, sign of the estimated velocity, fade-out around standstill.
+    /// Law of the paper: static difference, sign of the estimated velocity, fade-out around standstill.
     Paper,
     /// The same with a smooth sign instead of the fade-out.
     Smooth,
-    /// Karnopp's: within a band around standstill the load motor takes up what the drive applies.
+    /// Karnopp's: within a band around standstill the load motor balances the torque of the drive.
     Karnopp,
     /// Desired less own friction, both with bristles, on an observer that contains the drive and its friction.
     Bristle,
-    /// The same with the friction that the model lacks estimated as one torque.
+    /// The same with an estimate of the friction that is missing in the model, as one torque.
     Residual(Residual<T>),
-    /// A virtual load with the desired friction, which the load is made to follow.
+    /// A virtual load with the desired friction; the load motor makes the load follow it.
     Admittance(Tracking<T>),
-    /// The one that does best in a simulation of what is believed of the machine, off by what may be wrong with it.
+    /// The law with the best result in a simulation of the model, with its parameters varied by their uncertainty.
     Auto,
 }
 
-/// How a torque that the model lacks is estimated.
+/// Estimate of the torque that is missing in the model.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Residual<T> {
-    /// How fast it wanders: more follows a friction that is off, less lets less noise through.
+    /// Rate at which the missing torque may change. A larger value follows friction that differs from the model, a
+    /// smaller one passes less noise.
     #[field(symbol = "q_r", unit = "N m √Hz", range = 1e-5..=10.0, default = 0.03)]
     pub missing_torque: T,
 }
 
-/// How a virtual load is followed.
+/// Tracking of the virtual load.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Tracking<T> {
-    /// Bandwidth, critically damped.
+    /// Bandwidth of the tracking, critically damped.
     #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 350.0)]
     pub bandwidth: T,
-    /// How fast the torque that the model lacks wanders: more follows a friction that is off, less lets less noise
-    /// through.
+    /// Rate at which the torque that is missing in the model may change. A larger value follows friction that differs
+    /// from the model, a smaller one passes less noise.
     #[field(symbol = "q_r", unit = "N m √Hz", range = 1e-5..=10.0, default = 0.1)]
     pub missing_torque: T,
 }
@@ -211,32 +213,33 @@ impl Settings<f64> {
 
     /// Steps of the virtual machine in a tick, and the length of one [s].
     pub fn plant_steps(&self) -> (usize, f64) {
-        // A hair off a whole number is rounding, not another step.
+        // A small deviation from a whole number is a rounding error, not another step.
         let steps = (self.tick_time() / self.plant_step - 1e-9).ceil().max(1.0);
         (steps as usize, self.tick_time() / steps)
     }
 }
 
 impl Preset<f64> {
-    /// Whether this law and this arm go together: a virtual load does not feel the arm, and the load follows it.
+    /// Whether this law and this arm can be combined: a virtual load has no arm, and the load follows it.
     pub fn bears_arm(law: &LawChoice<f64>, arm: &Arm<f64>) -> bool {
         !matches!((law, arm), (LawChoice::Admittance(_), Arm::Elastic(_)))
     }
 
-    /// The virtual machine must be able to take its step, and the step to show the jitter of the ticks.
+    /// The step must be stable for the virtual machine, and resolve the jitter of the ticks.
     fn check(&self) -> Result<(), ParameterError> {
         let step = self.bench.plant_steps().1;
         self.plant.check_step(step).map_err(|error| ParameterError { field: "bench.plant_step", ..error })?;
         let jitter = self.plant.tick_jitter;
         if jitter > 0.0 {
-            let remedy = "Jitter is made of whole steps of the virtual machine: take steps that are at most as long.";
+            let remedy = "Jitter is a number of whole steps of the virtual machine: choose a step that is not longer \
+            than the jitter.";
             at_most("bench.plant_step", step, jitter, remedy).check()?;
-            let remedy = "A tick's instant lies between its neighbours': let it wander less, or tick more slowly.";
+            let remedy = "The jitter must be far below the tick: reduce it, or reduce bench.tick_rate.";
             at_most("plant.tick_jitter", jitter, self.bench.tick_time() / 8.0, remedy).check()?;
         }
         let observed = matches!(self.bench.compensation, CompensationChoice::DisturbanceObserver(_));
         if let (Some(feedback), true) = (self.bench.controller.feedback(), observed) {
-            let remedy = "The disturbance observer beside it compensates the load already: choose one of both.";
+            let remedy = "The disturbance observer compensates the load, too: choose one of the two.";
             let name = match self.bench.controller {
                 ControllerChoice::Predictive(_) => "bench.controller.feedback.compensates_load",
                 _ => "bench.controller.compensates_load",
@@ -244,32 +247,32 @@ impl Preset<f64> {
             at_most(name, feedback.compensates_load, 0.0, remedy).check()?;
         }
         if let (Some(_), FilterChoice::Notch(notch)) = (self.bench.controller.feedback(), self.bench.filter) {
-            let remedy =
-                "State feedback damps the coupling itself and must know the torque that acts: take one of both.";
+            let remedy = "State feedback damps the coupling and requires the unfiltered torque: choose one of the two.";
             at_most("bench.filter.width", notch.width, 0.0, remedy).check()?;
         }
         if let ControllerChoice::Linear(matrices) = self.bench.controller {
-            let remedy = "Matrices are for one sampling time: make them for that of the bench \
-                          (bench.tick_rate, bench.control_divider), or change the bench.";
-            let (stated, period) = (matrices.sampling_time, self.bench.control_period());
-            at_most("bench.controller.sampling_time", stated, period * (1.0 + 1e-9), remedy).check()?;
-            at_least("bench.controller.sampling_time", stated, period * (1.0 - 1e-9), remedy).check()?;
+            let remedy = "Matrices are for one sampling time: compute them for that of the bench (bench.tick_rate, \
+            bench.control_divider), or change the bench.";
+            let (own, period) = (matrices.sampling_time, self.bench.control_period());
+            at_most("bench.controller.sampling_time", own, period * (1.0 + 1e-9), remedy).check()?;
+            at_least("bench.controller.sampling_time", own, period * (1.0 - 1e-9), remedy).check()?;
         }
         if let (Arm::Elastic(arm), false) = (self.bench.arm, Self::bears_arm(&self.bench.law, &self.bench.arm)) {
-            let remedy = "The admittance law makes the load follow one that does not feel the arm: render it beside \
-                          another law (bench.law.kind), or no arm (bench.arm.kind = \"nothing\").";
+            let remedy = "The admittance law follows a virtual load without the arm: choose another law \
+            (bench.law.kind), or no arm (bench.arm.kind = \"nothing\").";
             at_most("bench.arm.inertia", arm.inertia, 0.0, remedy).check()?;
         }
         if let FilterChoice::Notch(notch) = self.bench.filter {
             let frequency = notch.angular_frequency(&self.model.drive) / std::f64::consts::TAU;
-            let remedy = "A notch needs more than two samples a period: control faster, or put it lower.";
+            let remedy = "A notch requires more than two samples per period: increase the control rate, or reduce the \
+            frequency.";
             at_most("bench.filter.frequency", frequency, 0.45 / self.bench.control_period(), remedy).check()?;
         }
         at_most(
             "bench.fade_velocity",
             self.bench.fade_velocity,
             self.bench.safety.speed,
-            "The fade-out interval lies within the speeds that the bench may reach.",
+            "The fade-out interval must be within the speed limit of the bench.",
         )
         .check()
     }
@@ -280,7 +283,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_load_is_compensated_once() {
+    fn a_load_cannot_be_compensated_twice() {
         let mut preset = Preset::<f64>::default();
         let feedback = StateFeedback { compensates_load: 1.0, ..StateFeedback::default() };
         preset.bench.controller = ControllerChoice::StateFeedback(feedback);
@@ -304,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn a_notch_that_its_sampling_cannot_make_or_a_state_feedback_does_not_know_is_refused() {
+    fn a_notch_above_its_sampling_limit_or_with_state_feedback_is_refused() {
         let with = |frequency: f64, controller: ControllerChoice<f64>| {
             let mut preset = Preset::<f64>::default();
             preset.bench.filter = FilterChoice::Notch(NotchChoice { frequency, ..NotchChoice::default() });
@@ -319,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jitter_that_the_step_cannot_show_or_the_tick_cannot_bear_is_refused() {
+    fn a_jitter_below_the_step_or_too_large_for_the_tick_is_refused() {
         let with = |jitter: f64, step: f64| {
             let mut preset = Preset::<f64>::default();
             preset.plant.tick_jitter = jitter;

@@ -1,13 +1,13 @@
-//! Numbers as people read them: with their uncertainty, their unit, a true minus and thin spaces.
+//! Numbers for readers: with their uncertainty, their unit, a true minus and thin spaces.
 
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// What stands for a number that is not known; never 0, never NaN.
+/// Text of an unknown number; never 0, never NaN.
 const UNKNOWN: &str = "unknown";
 
-/// Groups digits; narrow, and a line does not break there.
+/// Separator between groups of digits; narrow and non-breaking.
 const THIN_SPACE: char = '\u{202f}';
 
 /// Half of a 95 % interval in standard errors of a normal distribution.
@@ -15,7 +15,7 @@ pub const NORMAL95: f64 = 1.959_964;
 
 const MINUS: char = '\u{2212}';
 
-/// A measured or computed value with its unit and, where it is known, its uncertainty.
+/// A measured or computed value with its unit and, if known, its uncertainty.
 ///
 /// ```
 /// use stickslip_base::quantity::Estimate;
@@ -24,13 +24,13 @@ const MINUS: char = '\u{2212}';
 /// assert_eq!(kinetic.to_string(), "0.1812 ± 0.0006 N·m");
 /// ```
 ///
-/// In JSON a number that is not known is `null`.
+/// In JSON an unknown number is `null`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// In the unit below.
     #[serde(deserialize_with = "number_or_null")]
     pub value: f64,
-    /// Half the width of the 95 % interval, in the unit below; `None` for a number that is exact or given.
+    /// Half the width of the 95 % interval, in the unit below; `None` for an exact number.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "some_number_or_null")]
     pub half_width: Option<f64>,
     /// SI unit as in a field: `N m/rad`; `1` for a pure number.
@@ -42,7 +42,7 @@ pub struct Estimate {
 pub struct Written {
     /// `0.1812`, `unknown`.
     pub value: String,
-    /// `0.0006`, without the sign ±; empty where there is none.
+    /// `0.0006`, without the sign ±; empty if there is none.
     pub half_width: String,
     /// With its prefix: `mN·m·s/rad`; empty for a pure number.
     pub unit: String,
@@ -70,12 +70,12 @@ impl Estimate {
         if !self.value.is_finite() {
             return Written { value: UNKNOWN.into(), half_width: String::new(), unit: unit(&self.unit) };
         }
-        let known = self.half_width.filter(|half_width| half_width.is_finite() && *half_width >= 0.0);
-        let (factor, unit) = scaled_unit(self.value.abs().max(known.unwrap_or(0.0)).max(size), &self.unit);
-        let place = known.filter(|half_width| *half_width > 0.0).map(|half_width| last_place(half_width * factor));
+        let finite = self.half_width.filter(|half_width| half_width.is_finite() && *half_width >= 0.0);
+        let (factor, unit) = scaled_unit(self.value.abs().max(finite.unwrap_or(0.0)).max(size), &self.unit);
+        let place = finite.filter(|half_width| *half_width > 0.0).map(|half_width| last_place(half_width * factor));
         let value = self.value * factor;
         let place = place.unwrap_or_else(|| exponent(value) - 3);
-        let half_width = match (self.half_width, known) {
+        let half_width = match (self.half_width, finite) {
             (None, _) => String::new(),
             (Some(_), None) => UNKNOWN.into(),
             (Some(_), Some(half_width)) => to_place(half_width * factor, place),
@@ -84,7 +84,7 @@ impl Estimate {
     }
 }
 
-/// An estimate that a line does not break.
+/// The text of an estimate with non-breaking spaces.
 pub fn tied(estimate: &Estimate) -> String {
     estimate.to_string().replace(' ', "\u{a0}")
 }
@@ -93,7 +93,7 @@ fn number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
-/// An uncertainty that is there but not known is not one that is not there.
+/// `null` is an unknown uncertainty, not a missing one.
 fn some_number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
     number_or_null(from).map(Some)
 }
@@ -104,7 +104,7 @@ impl fmt::Display for Estimate {
     }
 }
 
-/// The three texts in a row.
+/// The three texts in one line.
 impl fmt::Display for Written {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Written { value, half_width, unit } = self;
@@ -119,7 +119,7 @@ impl fmt::Display for Written {
     }
 }
 
-/// A number with so many decimals, a true minus, and thin spaces between thousands from five digits on.
+/// A number with a number of decimals, a true minus, and thin spaces between thousands from five digits on.
 pub fn number(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return UNKNOWN.into();
@@ -140,7 +140,7 @@ pub fn number(value: f64, decimals: usize) -> String {
     text + fraction
 }
 
-/// A positive number to two significant digits: for a value to choose by, not a result.
+/// A positive number to two significant digits: for a rough value, not a result.
 pub fn rough(value: f64) -> String {
     number(value, (1.0 - libm::log10(value).floor()).clamp(0.0, 12.0) as usize)
 }
@@ -164,8 +164,8 @@ pub fn unit(field: &str) -> String {
     printed.collect()
 }
 
-/// The factor and the unit in which a number of this size is read well: between 0.01 and 100 000 as it is, else with
-/// a prefix on the first unit, else with a power of ten before the unit.
+/// The factor and the unit in which a number of this size is easy to read: between 0.01 and 100 000 unchanged, else
+/// with a prefix on the first unit, else with a power of ten before the unit.
 fn scaled_unit(size: f64, field: &str) -> (f64, String) {
     const PREFIXED: [&str; 12] = ["m", "s", "A", "rad", "N", "V", "W", "J", "H", "Ω", "Hz", "Pa"];
     const PREFIXES: [(f64, &str); 6] = [(1e3, "m"), (1e6, "µ"), (1e9, "n"), (1e-3, "k"), (1e-6, "M"), (1e-9, "G")];
@@ -212,18 +212,18 @@ fn to_place(value: f64, place: i32) -> String {
 mod tests {
     use super::*;
 
-    fn known(value: f64, half_width: f64, unit: &str) -> String {
+    fn estimate(value: f64, half_width: f64, unit: &str) -> String {
         Estimate::new(value, unit).with_half_width(half_width).to_string()
     }
 
     #[test]
     fn an_uncertainty_has_one_digit_or_two_that_begin_with_1() {
-        assert_eq!(known(0.181_23, 0.000_61, "N m"), "0.1812 ± 0.0006 N·m");
-        assert_eq!(known(2.941, 0.112, "rad/s"), "2.94 ± 0.11 rad/s");
-        assert_eq!(known(0.299_4, 0.009_6, "N m"), "0.299 ± 0.010 N·m");
-        assert_eq!(known(0.299_4, 0.019_6, "N m"), "0.30 ± 0.02 N·m");
-        assert_eq!(known(12_345.6, 120.0, "counts"), "12\u{202f}350 ± 120 counts");
-        assert_eq!(known(1.5, 0.0, "1"), "1.500 ± 0.000");
+        assert_eq!(estimate(0.181_23, 0.000_61, "N m"), "0.1812 ± 0.0006 N·m");
+        assert_eq!(estimate(2.941, 0.112, "rad/s"), "2.94 ± 0.11 rad/s");
+        assert_eq!(estimate(0.299_4, 0.009_6, "N m"), "0.299 ± 0.010 N·m");
+        assert_eq!(estimate(0.299_4, 0.019_6, "N m"), "0.30 ± 0.02 N·m");
+        assert_eq!(estimate(12_345.6, 120.0, "counts"), "12\u{202f}350 ± 120 counts");
+        assert_eq!(estimate(1.5, 0.0, "1"), "1.500 ± 0.000");
     }
 
     #[test]
@@ -237,11 +237,11 @@ mod tests {
 
     #[test]
     fn small_and_large_values_take_a_prefix_or_a_power() {
-        assert_eq!(known(0.000_206, 0.000_007, "N m s/rad"), "0.206 ± 0.007 mN·m·s/rad");
+        assert_eq!(estimate(0.000_206, 0.000_007, "N m s/rad"), "0.206 ± 0.007 mN·m·s/rad");
         assert_eq!(Estimate::new(-8.2e-7, "m").to_string(), "−0.8200 µm");
         assert_eq!(Estimate::new(2.53e-4, "kg m^2").to_string(), "2.530 × 10⁻⁴ kg·m²");
         assert_eq!(Estimate::new(3.2e7, "1").to_string(), "3.200 × 10⁷");
-        assert_eq!(known(1e-6, 0.004, "N m"), "0 ± 4 mN·m");
+        assert_eq!(estimate(1e-6, 0.004, "N m"), "0 ± 4 mN·m");
     }
 
     #[test]
@@ -253,10 +253,10 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_called_unknown() {
+    fn unknown_numbers_are_printed_as_unknown() {
         assert_eq!(Estimate::new(f64::NAN, "N m").to_string(), "unknown");
-        assert_eq!(known(0.3, f64::INFINITY, "N m"), "0.3000 ± unknown N·m");
-        assert_eq!(known(0.3, -0.1, "N m"), "0.3000 ± unknown N·m");
+        assert_eq!(estimate(0.3, f64::INFINITY, "N m"), "0.3000 ± unknown N·m");
+        assert_eq!(estimate(0.3, -0.1, "N m"), "0.3000 ± unknown N·m");
         assert_eq!(number(f64::INFINITY, 2), "unknown");
     }
 

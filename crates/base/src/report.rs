@@ -1,8 +1,8 @@
-//! A report: a document of numbers (`report.json`), and the page that is made of it (`report.html`), one file that
-//! holds everything and is readable in ten years without this program.
+//! A report: a document of numbers (`report.json`), and the page of it (`report.html`), one self-contained file that is
+//! readable without this program.
 //!
-//! The page is a function of the document alone: saved, read and rendered again it has the same bytes. Times that a
-//! run took are therefore no part of it; they stand in `summary.json`.
+//! The page is a function of the document alone: saved, read and rendered again it has the same bytes. Execution times
+//! are therefore not part of it; they are in `summary.json`.
 //!
 //! ```
 //! use stickslip_base::quantity::Estimate;
@@ -33,35 +33,35 @@ use crate::figure::{Figure, Map};
 use crate::quantity::Estimate;
 use crate::{Error, Summary, output};
 
-/// Title, summary, key numbers and sections in their order, and where they come from.
+/// Title, summary, key numbers and sections in their order, and their provenance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     title: String,
     summary: String,
     key: Vec<Key>,
     sections: Vec<Section>,
-    /// One; several where reports were put together.
+    /// One entry; several in a combined report.
     provenance: Vec<Provenance>,
 }
 
-/// A number that a reader looks for first.
+/// A key number, listed at the top.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Key {
     name: String,
     number: Estimate,
 }
 
-/// What it takes to get the same report again.
+/// All inputs that reproduce the report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// The command line.
     pub command: String,
     /// Version of the program.
     pub version: String,
-    /// Commit that the program was built from, where the build said it.
+    /// Commit that the program was built from, if the build stated it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commit: Option<String>,
-    /// Seed of the noise; none where nothing was drawn.
+    /// Seed of the noise; `None` without noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// All parameters, as in a file.
@@ -70,7 +70,7 @@ pub struct Provenance {
 
 impl Provenance {
     /// Of this program. The commit is that of the environment variable `STICKSLIP_COMMIT` at build time: a build from
-    /// an archive, where nobody can know it, has none, and no build script has to ask for it.
+    /// an archive has none, and no build script is required.
     pub fn new(command: impl Into<String>, seed: Option<u64>, parameters: impl Into<String>) -> Self {
         let commit = option_env!("STICKSLIP_COMMIT").filter(|commit| !commit.is_empty()).map(Into::into);
         let version = env!("CARGO_PKG_VERSION").into();
@@ -92,7 +92,7 @@ pub enum Section {
     List(Vec<String>),
     /// Rows of text or of estimates.
     Table(Table),
-    /// A figure with its caption: what one sees, and the numbers.
+    /// A figure with its caption: a description with the numbers.
     Figure {
         /// The figure.
         figure: Box<Figure>,
@@ -115,12 +115,12 @@ impl Report {
         Self { title, summary: String::new(), key: Vec::new(), sections: Vec::new(), provenance }
     }
 
-    /// What came out, in a sentence or two with the numbers.
+    /// Sets the summary: the results in one or two sentences with the numbers.
     pub fn summary(self, text: impl Into<String>) -> Self {
         Self { summary: text.into(), ..self }
     }
 
-    /// Adds a key number; they stand together below the summary.
+    /// Adds a key number; key numbers are listed below the summary.
     pub fn key(mut self, name: impl Into<String>, number: Estimate) -> Self {
         self.key.push(Key { name: name.into(), number });
         self
@@ -162,7 +162,7 @@ impl Report {
         self
     }
 
-    /// What came out, in words.
+    /// The summary: the results in words.
     pub fn told(&self) -> &str {
         &self.summary
     }
@@ -177,7 +177,7 @@ impl Report {
         &self.sections
     }
 
-    /// Where its numbers come from; several where reports were put together.
+    /// Provenance of its numbers; several entries in a combined report.
     pub fn provenance(&self) -> &[Provenance] {
         &self.provenance
     }
@@ -187,10 +187,10 @@ impl Report {
         html::page(self)
     }
 
-    /// Writes the report, these figures as files of their own, and last the summary, which names all files of the folder.
+    /// Writes the report, these figures as separate files, and last the summary, which lists all files of the folder.
     ///
     /// # Errors
-    /// [`Error::File`] if the system refuses.
+    /// [`Error::File`].
     pub fn write_all<'a>(
         &self,
         mut summary: Summary,
@@ -212,7 +212,7 @@ impl Report {
     /// Writes `report.json` and `report.html` into a folder; returns their names.
     ///
     /// # Errors
-    /// [`Error::File`] if the system refuses.
+    /// [`Error::File`].
     pub fn write(&self, directory: &Path) -> Result<[&'static str; 2], Error> {
         let names = ["report.json", "report.html"];
         for (name, text) in names.into_iter().zip([self.to_json(), self.html()]) {

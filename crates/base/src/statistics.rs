@@ -1,6 +1,6 @@
-//! Means over seeds, and how sure they are.
+//! Means over seeds, with confidence intervals.
 
-/// How many times the seeds are drawn anew.
+/// Number of bootstrap samples.
 const DRAWS: usize = 2000;
 
 /// Arithmetic mean.
@@ -9,8 +9,8 @@ pub fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     values.sum::<f64>() / count
 }
 
-/// 95 % interval of a statistic over `count` seeds by the percentile bootstrap (Efron 1979). `statistic` gets the indices
-/// that were drawn. The draws are the same in every run.
+/// 95 % interval of a statistic over `count` seeds by the percentile bootstrap (Efron 1979). `statistic` gets the drawn
+/// indices. The draws are the same in every run.
 pub fn bootstrap(count: usize, statistic: impl Fn(&[usize]) -> f64) -> [f64; 2] {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut drawn = vec![0; count];

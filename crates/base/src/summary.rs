@@ -1,8 +1,8 @@
 //! `summary.json`: the results of a command, for scripts.
 //!
 //! `{"schema": "stickslip.summary/1", "command", "version", "results": {NAME: {"value", "unit", "ci95"?}}, "rows"?,
-//! "files"?}`. Names are dotted, values SI, torques on the screw. The same results give the same bytes, in whatever
-//! order they came: names are sorted, rows and files keep their order, a number that is not finite is `null`.
+//! "files"?}`. Names are dotted, values SI, torques on the screw. The same results give the same bytes, in any order of
+//! the calls: names are sorted, rows and files keep their order, a number that is not finite is `null`.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -15,7 +15,7 @@ use crate::parameters::number::rounded;
 use crate::quantity::Estimate;
 use crate::{Error, output};
 
-/// What a summary says that it is.
+/// Schema of a summary.
 pub const SCHEMA: &str = "stickslip.summary/1";
 
 /// The results of one run of a command.
@@ -75,7 +75,7 @@ impl Summary {
 
     fn add(&mut self, name: &str, quantity: Quantity) -> &mut Self {
         let old = self.results.insert(name.into(), quantity);
-        debug_assert!(old.is_none(), "two results are called {name}");
+        debug_assert!(old.is_none(), "two results have the name {name}");
         self
     }
 
@@ -96,7 +96,7 @@ impl Summary {
         self.results.get(name).map(|quantity| quantity.value)
     }
 
-    /// A result as people read it: with half the width of its interval and its unit.
+    /// A result for readers: with half the width of its interval and its unit.
     pub fn estimate(&self, name: &str) -> Option<Estimate> {
         let Quantity { value, unit, ci95 } = self.results.get(name)?;
         let half_width = ci95.map(|[low, high]| 0.5 * (high - low));
@@ -110,10 +110,10 @@ impl Summary {
         text
     }
 
-    /// Writes `summary.json` into a folder, which is created where it does not exist.
+    /// Writes `summary.json` into a folder, which is created if it does not exist.
     ///
     /// # Errors
-    /// [`Error::File`] where the system refuses.
+    /// [`Error::File`].
     pub fn write(&self, directory: &Path) -> Result<(), Error> {
         output::create_folder(directory)?;
         output::write(&directory.join("summary.json"), self.to_json())
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_the_calls_does_not_show() {
+    fn the_order_of_the_calls_has_no_effect() {
         let (mut a, mut b) = (Summary::new("demo"), Summary::new("demo"));
         a.result("x.a", 1.0, "1").result("x.b", 2.0, "1");
         b.result("x.b", 2.0, "1").result("x.a", 1.0, "1");
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "two results are called x")]
+    #[should_panic(expected = "two results have the name x")]
     fn a_name_given_twice_is_a_mistake_of_the_program() {
         Summary::new("demo").result("x", 1.0, "1").result("x", 2.0, "1");
     }

@@ -10,16 +10,16 @@ use crate::{Error, output};
 pub struct Column {
     /// As in the file.
     pub name: String,
-    /// SI unit; stands in the file's metadata under `unit.NAME`.
+    /// SI unit; in the file's metadata as `unit.NAME`.
     pub unit: String,
-    /// One value a row.
+    /// One value per row.
     pub values: Vec<f64>,
 }
 
 /// Writes columns of equal length as CSV, units in square brackets behind the names; a number reads back to its bits.
 ///
 /// # Errors
-/// [`Error::File`] if the system refuses.
+/// [`Error::File`].
 pub fn write_csv(path: &Path, columns: &[Column]) -> Result<(), Error> {
     let line = |cells: &mut dyn Iterator<Item = String>| cells.collect::<Vec<_>>().join(",");
     output::write_with(path, |file| {

@@ -1,4 +1,4 @@
-//! Units at the door: files say millimetres, degrees, per cent and millivolts; inside everything is SI.
+//! Units of files, such as millimetres, degrees, per cent and millivolts; all internal values are SI.
 
 use serde::Deserialize;
 
@@ -14,7 +14,7 @@ pub struct Quantity {
     pub unit: String,
 }
 
-/// What a number measures; named by its SI unit.
+/// Quantity of a number, with its SI unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
     /// s
@@ -23,7 +23,7 @@ pub enum Dimension {
     Length,
     /// rad
     Angle,
-    /// Increments of an encoder; what they measure is the machine's matter.
+    /// Increments of an encoder; their size depends on the machine.
     Counts,
     /// m/s
     Velocity,
@@ -61,8 +61,8 @@ use Dimension::{
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const TURN: f64 = std::f64::consts::TAU;
 
-/// Unit, what it measures, how many SI units it is. The SI unit of a dimension comes first. Spellings that differ only
-/// in dots, spaces and the letter µ are one: see [`plain`].
+/// Unit, quantity, factor to the SI unit. The SI unit of a dimension comes first. Spellings that differ only in dots,
+/// spaces and the letter µ are one: see [`plain`].
 const UNITS: &[(&str, Dimension, f64)] = &[
     ("s", Time, 1.0),
     ("ms", Time, 1e-3),
@@ -147,7 +147,7 @@ fn plain(unit: &str) -> String {
     text
 }
 
-/// What a unit measures and how many SI units it is; none for what is no unit here.
+/// Quantity of a unit and its factor to the SI unit; `None` for an unknown unit.
 pub fn measure(unit: &str) -> Option<(Dimension, f64)> {
     let unit = plain(unit);
     UNITS.iter().find(|(name, ..)| *name == unit).map(|(_, dimension, factor)| (*dimension, *factor))
@@ -156,13 +156,13 @@ pub fn measure(unit: &str) -> Option<(Dimension, f64)> {
 /// SI units in one `unit`.
 ///
 /// # Errors
-/// A unit that is unknown or measures something else; `place` says whose it is.
+/// A unit that is unknown or of another quantity; `place` is the place of the unit.
 pub fn si_factor(unit: &str, dimension: Dimension, place: &str) -> Result<f64, Error> {
     let found = measure(unit).filter(|(measures, _)| *measures == dimension);
     found.map(|(_, factor)| factor).ok_or_else(|| unfit(unit, &[dimension], place))
 }
 
-/// The error of a unit that measures none of these.
+/// The error of a unit of none of these quantities.
 pub fn unfit(unit: &str, dimensions: &[Dimension], place: &str) -> Error {
     let fits = UNITS.iter().filter(|(_, measures, _)| dimensions.contains(measures)).map(|(name, ..)| *name);
     Error::Unit { place: place.to_owned(), unit: unit.to_owned(), known: fits.collect::<Vec<_>>().join(", ") }
@@ -190,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_turn_is_a_turn_in_every_unit() {
+    fn units_have_their_factors() {
         for (value, unit, dimension, si) in [
             (360.0, "deg", Angle, TURN),
             (1.0, "rev", Angle, TURN),
@@ -217,7 +217,7 @@ mod tests {
         ] {
             spellings.iter().for_each(|unit| assert_eq!(measure(unit), Some(si), "{unit}"));
         }
-        // A nanometre is no newton metre, and a capital changes the meaning.
+        // A nanometre is not a newton metre, and capital letters are significant.
         assert_eq!(measure("nm"), Some((Length, 1e-9)));
         for unknown in ["", "furlong", "MM", "S", "-"] {
             assert_eq!(measure(unknown), None, "{unknown}");
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_of_something_else_is_refused_with_what_would_do() {
+    fn a_unit_of_another_quantity_is_refused_with_the_valid_ones() {
         let error = si_factor("V", Length, "machine.toml: columns.position").unwrap_err().to_string();
         assert!(error.contains("machine.toml: columns.position") && error.contains("m, cm, mm"), "{error}");
     }

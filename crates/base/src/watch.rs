@@ -1,4 +1,4 @@
-//! How long work tells where it is, and how it is told to stop.
+//! Progress and cancellation of long work.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::Error;
 
-/// Takes a stage's name and the part of it that is done (0 … 1).
+/// Callback for a stage's name and its finished part (0 … 1).
 type Report = dyn Fn(&str, f64) + Send + Sync;
 
-/// Takes a part of a measurement.
+/// Callback for a part of a measurement.
 type Parts = dyn Fn(&dyn Any) + Send + Sync;
 
-/// The observer of one piece of work: hears about progress, and may cancel.
+/// The observer of one piece of work: gets its progress, and may cancel it.
 #[derive(Clone)]
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
@@ -21,27 +21,27 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Hears nothing and never cancels.
+    /// An observer that ignores progress and never cancels.
     pub fn silent() -> Self {
         Watch::new(Arc::default(), |_, _| {})
     }
 
-    /// Calls `report` with the stage's name and the part that is done (0 … 1); stops the work once `cancelled` is true.
+    /// Calls `report` with the stage's name and its finished part (0 … 1); cancels the work when `cancelled` is true.
     pub fn new(cancelled: Arc<AtomicBool>, report: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
         Watch { cancelled, report: Arc::new(report), parts: None }
     }
 
-    /// Hears each part of a measurement as well, as soon as it is there.
+    /// Calls `parts` with each part of a measurement as well, as soon as it is available.
     pub fn with_parts(self, parts: impl Fn(&dyn Any) + Send + Sync + 'static) -> Self {
         Watch { parts: Some(Arc::new(parts)), ..self }
     }
 
-    /// A part is there.
+    /// Reports a part of a measurement.
     pub fn part(&self, part: &dyn Any) {
-        self.parts.iter().for_each(|hears| hears(part));
+        self.parts.iter().for_each(|report| report(part));
     }
 
-    /// The stage `name` has got as far as `fraction` (0 … 1).
+    /// Reports that the fraction `fraction` (0 … 1) of the stage `name` is done.
     ///
     /// # Errors
     /// [`Error::Cancelled`]: return it, and leave what is finished in a usable state.
@@ -51,7 +51,7 @@ impl Watch {
         Ok(())
     }
 
-    /// Whether the work shall go on, for loops too short to report.
+    /// Checks for cancellation, for loops too short to report.
     ///
     /// # Errors
     /// [`Error::Cancelled`], as from [`stage`](Self::stage).
@@ -66,10 +66,10 @@ mod tests {
     use std::sync::Mutex;
 
     #[test]
-    fn a_watch_hears_each_stage_until_it_cancels() {
+    fn a_watch_gets_each_stage_until_it_cancels() {
         let cancelled = Arc::new(AtomicBool::new(false));
-        let heard = Arc::new(Mutex::new(Vec::new()));
-        let list = heard.clone();
+        let stages = Arc::new(Mutex::new(Vec::new()));
+        let list = stages.clone();
         let watch = Watch::new(cancelled.clone(), move |name, fraction| {
             list.lock().unwrap().push((name.to_string(), fraction));
         });
@@ -78,7 +78,7 @@ mod tests {
         cancelled.store(true, Ordering::Relaxed);
         assert!(matches!(watch.stage("fit", 0.0), Err(Error::Cancelled)));
         assert!(matches!(watch.check(), Err(Error::Cancelled)));
-        assert_eq!(*heard.lock().unwrap(), [("measure".to_string(), 0.25), ("measure".to_string(), 1.0)]);
+        assert_eq!(*stages.lock().unwrap(), [("measure".to_string(), 0.25), ("measure".to_string(), 1.0)]);
     }
 
     #[test]

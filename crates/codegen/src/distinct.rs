@@ -1,6 +1,6 @@
-//! Sorted lists without repetition, of some dozen elements: a tenth of the code of a `BTreeSet`.
+//! Sorted lists without repetition, of about a dozen elements: a tenth of the code size of a `BTreeSet`.
 
-/// Puts an element where it belongs; `false` if it is there already.
+/// Inserts an element in order; `false` if it is present already.
 pub(crate) fn insert<T: Ord>(list: &mut Vec<T>, element: T) -> bool {
     match list.binary_search(&element) {
         Ok(_) => false,

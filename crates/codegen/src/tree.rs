@@ -3,12 +3,12 @@
 use stickslip_core::fields::{Field, Fields, Kind, Shape, Variant, Walk};
 use stickslip_core::scalar::Scalar;
 
-/// What a struct, a list or a number consists of.
+/// Structure of a struct, a list or a number.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tree {
     /// One number.
     Number,
-    /// So many of the same.
+    /// A number of equal elements.
     List(usize, Box<Tree>),
     /// Named parts.
     Group(Group),
@@ -17,7 +17,7 @@ pub enum Tree {
 /// A struct, or the chosen variant of an enum.
 #[derive(Clone, Debug, Default)]
 pub struct Group {
-    /// Key and name of each choice made here: `("model", "elasto-plastic")`.
+    /// Key and name of each choice of this struct: `("model", "elasto-plastic")`.
     pub chosen: Vec<(&'static str, &'static str)>,
     /// The fields, in order of declaration.
     pub members: Vec<Member>,
@@ -33,15 +33,15 @@ impl PartialEq for Group {
 /// A field of a struct.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// The field's name; with a number behind it where the elements of a list differ in their choices.
+    /// The field's name; with a number if the elements of a list differ in their choices.
     pub name: String,
     /// Its row in the tables.
     pub field: &'static Field,
-    /// What it consists of.
+    /// Its structure.
     pub tree: Tree,
 }
 
-/// Tables have no identity of their own: two members are the same if they say the same.
+/// Tables have no identity: two members are equal if their contents are equal.
 impl PartialEq for Member {
     fn eq(&self, other: &Self) -> bool {
         let text = |m: &Member| (m.field.symbol, m.field.unit, m.field.help);
@@ -50,7 +50,7 @@ impl PartialEq for Member {
     }
 }
 
-/// The field of a bare number or list, which has no name of its own.
+/// The field of a bare number or list, which has no name.
 static VALUE: Field = Field {
     name: "value",
     symbol: "",
@@ -72,7 +72,7 @@ impl Tree {
         builder.finish()
     }
 
-    /// How many numbers it holds.
+    /// Number of its numbers.
     pub fn numbers(&self) -> usize {
         match self {
             Tree::Number => 1,
@@ -81,8 +81,8 @@ impl Tree {
         }
     }
 
-    /// This tree and all below it, outermost first: how to reach it (`friction.elements[2]`, empty for the whole), the
-    /// position of its first number, itself.
+    /// This tree and all below it, outermost first: path (`friction.elements[2]`, empty for the whole), position of the
+    /// first number, tree.
     pub fn parts(&self) -> Vec<(String, usize, &Tree)> {
         let mut out = Vec::new();
         self.collect(String::new(), 0, &mut out);
@@ -109,12 +109,12 @@ impl Tree {
         }
     }
 
-    /// How to reach each number.
+    /// The path of each number.
     pub fn paths(&self) -> Vec<String> {
         self.leaves().into_iter().map(|leaf| leaf.0).collect()
     }
 
-    /// How to reach each number, and its row in the tables.
+    /// The path of each number, and its row in the tables.
     pub fn leaves(&self) -> Vec<(String, &'static Field)> {
         fn collect(tree: &Tree, path: &str, field: &'static Field, out: &mut Vec<(String, &'static Field)>) {
             match tree {
@@ -140,13 +140,13 @@ impl Tree {
         matches!(self.members(), [Member { tree: Tree::Number, field, .. }] if std::ptr::eq(*field, &VALUE))
     }
 
-    /// The members of a group; none of anything else.
+    /// The members of a group; empty for other trees.
     pub fn members(&self) -> &[Member] {
         if let Tree::Group(group) = self { &group.members } else { &[] }
     }
 }
 
-/// A struct as it is met, before the elements of lists are put together.
+/// A struct during the walk, before the elements of lists are combined.
 #[derive(Default)]
 struct Frame {
     field: Option<&'static Field>,
@@ -222,7 +222,7 @@ impl Builder {
     }
 }
 
-/// The lists of this shape out of their elements, which are alike.
+/// The lists of this shape from their equal elements.
 fn gather<'a>(shape: Shape, elements: &mut impl Iterator<Item = &'a Tree>) -> Option<Tree> {
     let Shape::List(length, inner) = shape else { return elements.next().cloned() };
     let first = gather(*inner, elements)?;
@@ -297,11 +297,11 @@ mod tests {
             sum += 1;
             v
         });
-        assert_eq!(sum, paths.len(), "map and tree count alike");
+        assert_eq!(sum, paths.len(), "map and tree have equal counts");
     }
 
     #[test]
-    fn lists_are_lists_where_the_elements_are_alike() {
+    fn lists_with_equal_elements_stay_lists() {
         let value = Several::<f64>::default();
         let tree = Tree::of(&value);
         assert!(matches!(tree.members()[0].tree, Tree::List(2, _)));

@@ -1,8 +1,9 @@
-//! The description of generated code for calibration tools: where the numbers of a block are in the memory of a processor.
+//! The description of generated code for calibration tools: the addresses of the numbers of a block in the memory of a
+//! processor.
 //!
-//! In ASAP2, as for a running bench ([`crate::xcp::a2l`]). Each struct of a block is a row of numbers of
-//! one kind, so that the place of a number follows from where its struct begins. That is known once the program is linked:
-//! it is read from the ELF file, or tools take it from there by `SYMBOL_LINK`.
+//! In ASAP2, as for a running bench ([`crate::xcp::a2l`]). Each struct of a block is a row of numbers of one kind, so
+//! that the address of a number follows from that of its struct. That address is defined when the program is linked: it
+//! is read from the ELF file, or tools read it from there by `SYMBOL_LINK`.
 
 use crate::GenerateError;
 use std::path::Path;
@@ -18,17 +19,17 @@ use crate::asap2::{Head, Objects, quoted};
 use crate::xcp::{Cell, Content};
 use stickslip_base::{Error, Preset};
 
-/// The structs of a block, and what their groups are called.
+/// The structs of a block, which are the names of their groups.
 pub const STRUCTS: [&str; 4] = ["parameters", "state", "input", "output"];
-/// Where an address space begins that nobody has linked: the RAM of most microcontrollers.
+/// Start of the addresses without a linked program: the RAM of most microcontrollers.
 const BASE: u64 = 0x2000_0000;
 
 /// The variables of a program that hold a block.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Variables<'a> {
-    /// Their names, in the order of [`STRUCTS`]; `PREFIX_parameters` and so on unless given.
+    /// Their names, in the order of [`STRUCTS`]; default: `PREFIX_parameters` and so on.
     pub names: [Option<String>; 4],
-    /// The linked program; without it they lie one behind the other from 0x20000000 on, and tools must link them.
+    /// The linked program. Default: the variables follow each other from 0x20000000, and tools must link them.
     pub program: Option<&'a Path>,
 }
 
@@ -39,9 +40,9 @@ pub struct CodeDescription {
     pub text: String,
     /// Name and first address of each struct that has numbers.
     pub variables: Vec<(String, u64)>,
-    /// Numbers that can be measured.
+    /// Number of measurements.
     pub measurements: usize,
-    /// Numbers that can be changed.
+    /// Number of parameters.
     pub parameters: usize,
 }
 
@@ -56,8 +57,8 @@ pub(super) struct Placed<'a> {
 /// Describes the code of a block, as [`generate`](super::generate()) makes it.
 ///
 /// # Errors
-/// As [`generate`](super::generate()); [`GenerateError::Program`] where a variable is not in the program, or is not as long as its struct, or where the
-/// program says that it has other code.
+/// As [`generate`](super::generate()); [`GenerateError::Program`] if a variable is not in the program or has another
+/// size than its struct, or if the program contains other code.
 pub fn code_description(
     block: &str,
     preset: &Preset<f64>,
@@ -65,11 +66,11 @@ pub fn code_description(
     prefix: Option<&str>,
     variables: &Variables,
 ) -> Result<CodeDescription, Error> {
-    let made = code(block, preset, precision, prefix)?;
-    describe(&made.program, &made.prefix, precision, variables)
+    let code = code(block, preset, precision, prefix)?;
+    describe(&code.program, &code.prefix, precision, variables)
 }
 
-/// Describes the code of a program that is called `prefix`.
+/// Describes the code of a program with the prefix `prefix`.
 ///
 /// # Errors
 /// [`GenerateError::Program`].
@@ -122,7 +123,7 @@ pub(super) fn describe(
     Ok(CodeDescription { text, variables, measurements, parameters })
 }
 
-/// Which code a block is written as.
+/// The identification of the code of a block.
 fn epk(program: &Program, prefix: &str, precision: Precision) -> Result<String, Error> {
     let code = match precision {
         Precision::Double => c::print::<f64>(program, prefix),
@@ -131,7 +132,7 @@ fn epk(program: &Program, prefix: &str, precision: Precision) -> Result<String, 
     Ok(code.map_err(GenerateError::NoIdentifier)?.epk)
 }
 
-/// Bytes of a number, its kind, the largest.
+/// Bytes of a number, its type, its largest value.
 fn numbers(precision: Precision) -> (u64, &'static str, f64) {
     match precision {
         Precision::Double => (8, "FLOAT64_IEEE", f64::MAX),
@@ -176,7 +177,7 @@ fn cell(path: String, address: u64, field: &'static Field, largest: f64) -> Cell
     };
     Cell {
         path,
-        // A tool takes no longer one; the text has it whole.
+        // ASAP2 has 32 bits; longer addresses are refused before.
         address: u32::try_from(address).unwrap_or(u32::MAX),
         symbol: field.symbol,
         unit: if field.unit.is_empty() { "1" } else { field.unit },
@@ -192,7 +193,7 @@ struct Symbols {
     path: std::path::PathBuf,
     bytes: Vec<u8>,
     /// Name, address, bytes.
-    known: Vec<(String, u64, u64)>,
+    variables: Vec<(String, u64, u64)>,
     little: bool,
 }
 
@@ -202,55 +203,56 @@ impl Symbols {
         let program = object::File::parse(&*bytes).map_err(|error| GenerateError::Program {
             path: path.into(),
             reason: format!("it cannot be read ({error})"),
-            remedy: "Give the linked program as ELF file, with its table of symbols (not stripped).",
+            remedy: "State the linked program as an ELF file with its symbol table (not stripped).",
         })?;
-        let known = program
+        let variables = program
             .symbols()
             .filter(|it| it.is_definition() && it.kind() == SymbolKind::Data)
             .filter_map(|it| Some((it.name().ok()?.to_owned(), it.address(), it.size())))
             .collect();
         let little = program.is_little_endian();
-        Ok(Symbols { path: path.into(), bytes, known, little })
+        Ok(Symbols { path: path.into(), bytes, variables, little })
     }
 
-    /// Where the program says which code it has; `None` if it does not. `Err` if that is other code.
+    /// The address of the program's identification of its code; `None` without one. `Err` if it is that of other code.
     fn epk(&self, symbol: &str, epk: &str) -> Result<Option<u64>, Error> {
-        let Some((_, address, size)) = self.known.iter().find(|known| known.0 == symbol) else { return Ok(None) };
+        let Some((_, address, size)) = self.variables.iter().find(|it| it.0 == symbol) else { return Ok(None) };
         let program = object::File::parse(&*self.bytes).ok();
         let sections = program.iter().flat_map(|program| program.sections());
-        let said = sections.filter_map(|section| section.data_range(*address, *size).ok().flatten()).next();
-        let said = said.unwrap_or_default().strip_suffix(b"\0").unwrap_or_default();
-        if said != epk.as_bytes() {
+        let text = sections.filter_map(|section| section.data_range(*address, *size).ok().flatten()).next();
+        let text = text.unwrap_or_default().strip_suffix(b"\0").unwrap_or_default();
+        if text != epk.as_bytes() {
             return Err(GenerateError::Program {
                 path: self.path.clone(),
-                reason: format!("it has the code \"{}\", this describes \"{epk}\"", said.escape_ascii()),
-                remedy: "Build it with the files that are generated now, of the same preset and precision.",
+                reason: format!("it contains the code \"{}\"; the description is for \"{epk}\"", text.escape_ascii()),
+                remedy: "Build it with newly generated files of the same preset and precision.",
             }
             .into());
         }
         Ok(Some(*address))
     }
 
-    /// The address of a variable that is to be so long.
+    /// The address of a variable, which must have this number of bytes.
     fn address(&self, symbol: &str, bytes: u64, group: &'static str) -> Result<u64, Error> {
         let wrong = |reason, remedy| GenerateError::Program { path: self.path.clone(), reason, remedy };
-        let Some((_, address, size)) = self.known.iter().find(|known| known.0 == symbol) else {
-            let known = self.known.iter().map(|known| known.0.as_str());
-            let near = stickslip_base::parameters::schema::nearest(symbol, known)
-                .map_or_else(String::new, |near| format!(", but {near}"));
-            let reason = format!("it has no variable {symbol} for the {group}{near}");
-            return Err(wrong(reason, "Name it: --variable parameters=NAME, and state, input, output alike.").into());
+        let Some((_, address, size)) = self.variables.iter().find(|it| it.0 == symbol) else {
+            let names = self.variables.iter().map(|it| it.0.as_str());
+            let near = stickslip_base::parameters::schema::nearest(symbol, names)
+                .map_or_else(String::new, |near| format!("; the nearest is {near}"));
+            let reason = format!("there is no variable {symbol} for the {group}{near}");
+            return Err(wrong(
+                reason,
+                "State its name: --variable parameters=NAME; likewise for state, input and \
+                output.",
+            )
+            .into());
         };
         if *size != bytes {
             let reason = format!("{symbol} has {size} bytes, the {group} of the block {bytes}");
-            return Err(wrong(
-                reason,
-                "Is it of this block, of the same preset, and double or float as here (--single)?",
-            )
-            .into());
+            return Err(wrong(reason, "Check that block, preset and precision (--single) are the same.").into());
         }
         if address.checked_add(bytes).is_none_or(|end| end > u64::from(u32::MAX)) {
-            let reason = format!("{symbol} is at {address:#x}, beyond the 32 bits of an address in ASAP2 1.61");
+            let reason = format!("{symbol} is at {address:#x}, above the 32 bits of an address in ASAP2 1.61");
             return Err(wrong(reason, "Link it for the target, or on a computer without -pie.").into());
         }
         Ok(*address)
@@ -279,17 +281,17 @@ mod tests {
     }
 
     #[test]
-    fn a_strict_reader_has_nothing_to_say_of_any_block_and_no_addresses_overlap() {
+    fn a_strict_reader_accepts_every_block_and_no_addresses_overlap() {
         for entry in super::super::blocks() {
             for (precision, size) in [(Precision::Double, 8), (Precision::Single, 4)] {
-                let made = code_description(entry.name, &preset(), precision, None, &Variables::default());
-                let made = made.unwrap_or_else(|error| panic!("{}: {error}", entry.name));
-                assert!(made.text.is_ascii(), "{}", entry.name);
-                let file = strict(&made.text);
+                let code = code_description(entry.name, &preset(), precision, None, &Variables::default());
+                let code = code.unwrap_or_else(|error| panic!("{}: {error}", entry.name));
+                assert!(code.text.is_ascii(), "{}", entry.name);
+                let file = strict(&code.text);
                 let module = &file.project.module[0];
                 assert_eq!(
                     (module.measurement.len(), module.characteristic.len()),
-                    (made.measurements, made.parameters)
+                    (code.measurements, code.parameters)
                 );
                 let measured = module.measurement.iter().map(|m| m.ecu_address.as_ref().expect("each has one").address);
                 let mut places: Vec<u32> = measured.chain(module.characteristic.iter().map(|c| c.address)).collect();
@@ -301,8 +303,8 @@ mod tests {
 
     /// A program with a block in it.
     fn linked(folder: &Path, precision: Precision) -> std::path::PathBuf {
-        let made = code("pid", &preset(), precision, None).expect("a block of the catalogue");
-        made.write(folder).expect("the folder takes files");
+        let code = code("pid", &preset(), precision, None).expect("a block of the catalogue");
+        code.write(folder).expect("the folder takes files");
         let main = "#include \"pid.h\"\npid_parameters pid_parameters_;\nstatic pid_state axis_state;\n\
                     pid_input pid_input_;\npid_output pid_output_;\nint main(void) {\n    \
                     pid_parameters_init(&pid_parameters_);\n    pid_init(&axis_state);\n    \
@@ -326,17 +328,17 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = linked(folder.path(), Precision::Double);
         let variables = Variables { names: names(), program: Some(&path) };
-        let made = code_description("pid", &preset(), Precision::Double, None, &variables).expect("all is there");
+        let code = code_description("pid", &preset(), Precision::Double, None, &variables).expect("all is there");
         let output = Command::new("nm").arg(&path).output().expect("nm comes with the compiler");
-        let said = String::from_utf8(output.stdout).expect("text");
+        let text = String::from_utf8(output.stdout).expect("text");
         let address = |symbol: &str| {
-            let line = said.lines().find(|line| line.ends_with(&format!(" {symbol}"))).expect("the linker has it");
+            let line = text.lines().find(|line| line.ends_with(&format!(" {symbol}"))).expect("the linker has it");
             u64::from_str_radix(&line[..16], 16).expect("an address")
         };
-        for (symbol, at) in &made.variables {
+        for (symbol, at) in &code.variables {
             assert_eq!(*at, address(symbol), "{symbol}");
         }
-        let file = strict(&made.text);
+        let file = strict(&code.text);
         let memory = file.project.module[0].mod_par.as_ref().expect("it is described");
         assert_eq!(u64::from(memory.addr_epk[0].address), address("pid_epk"));
         // The third of the state: ω_f.
@@ -346,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_in_the_program_or_has_another_size_is_refused() {
+    fn variables_that_are_missing_or_have_another_size_are_refused() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = linked(folder.path(), Precision::Double);
         let refused = |precision, names, program: &Path| {
@@ -354,7 +356,10 @@ mod tests {
             code_description("pid", &preset(), precision, None, &variables).expect_err("refused").to_string()
         };
         let message = refused(Precision::Double, Default::default(), &path);
-        assert!(message.contains("no variable pid_parameters for the parameters, but pid_parameters_."), "{message}");
+        assert!(
+            message.contains("no variable pid_parameters for the parameters; the nearest is pid_parameters_."),
+            "{message}"
+        );
         let message = refused(Precision::Single, names(), &path);
         assert!(message.contains("has 64 bytes, the parameters of the block 32"), "{message}");
         let message = refused(Precision::Double, names(), &folder.path().join("pid.c"));
@@ -363,13 +368,13 @@ mod tests {
     }
 
     #[test]
-    fn a_program_that_has_other_code_is_refused_and_one_that_does_not_say_gets_no_address() {
+    fn a_program_with_other_code_is_refused_and_one_without_identification_gets_no_address() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = linked(folder.path(), Precision::Double);
         let epk = code("pid", &preset(), Precision::Double, None).expect("a block of the catalogue");
         let epk = self::epk(&epk.program, "pid", Precision::Double).expect("a good name");
         let mut bytes = std::fs::read(&path).expect("it was linked");
-        let at = bytes.windows(epk.len()).position(|window| window == epk.as_bytes()).expect("the program says it");
+        let at = bytes.windows(epk.len()).position(|window| window == epk.as_bytes()).expect("the program contains it");
         let described = || {
             let variables = Variables { names: names(), program: Some(&path) };
             code_description("pid", &preset(), Precision::Double, None, &variables)
@@ -377,8 +382,8 @@ mod tests {
         bytes[at + epk.len() - 1] ^= 1;
         std::fs::write(&path, &bytes).expect("it can be written");
         let message = described().expect_err("another code").to_string();
-        assert!(message.contains("it has the code \"stickslip ") && message.contains(&epk), "{message}");
-        // A linker that was not told to keep it leaves the name out.
+        assert!(message.contains("it contains the code \"stickslip ") && message.contains(&epk), "{message}");
+        // A linker that drops unused symbols omits the name.
         let symbol = bytes.windows(8).position(|window| window == b"\0pid_epk").expect("its name is in the table");
         bytes[symbol + 1] = b'q';
         std::fs::write(&path, &bytes).expect("it can be written");

@@ -1,4 +1,4 @@
-//! Files as one: a zip archive, the same bytes for the same files.
+//! Zip archives: the same bytes for the same files.
 
 use std::io::{Cursor, Write};
 
@@ -7,10 +7,10 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 
 use stickslip_base::Error;
 
-/// Names and contents as an archive, which messages call `name`.
+/// Names and contents as an archive; `name` is for messages.
 ///
 /// # Errors
-/// [`Error::File`] where a name or a size is more than an archive takes.
+/// [`Error::File`] if a name or a size exceeds the limits of an archive.
 pub fn archive<'a>(name: &str, files: impl IntoIterator<Item = (String, &'a [u8])>) -> Result<Vec<u8>, Error> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     let pack = || -> ZipResult<()> {
@@ -21,6 +21,6 @@ pub fn archive<'a>(name: &str, files: impl IntoIterator<Item = (String, &'a [u8]
         Ok(())
     };
     let packed = pack().and_then(|()| archive.finish());
-    let broken = |error: ZipError| Error::file(name.as_ref(), "pack", std::io::Error::other(error));
-    packed.map(Cursor::into_inner).map_err(broken)
+    let error_of = |error: ZipError| Error::file(name.as_ref(), "pack", std::io::Error::other(error));
+    packed.map(Cursor::into_inner).map_err(error_of)
 }

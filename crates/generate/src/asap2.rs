@@ -9,12 +9,12 @@ use std::fmt::Write as _;
 use crate::xcp::ascii::ascii;
 use crate::xcp::{Cell, Content};
 
-/// Longest text that all readers take [bytes].
+/// Longest text that all readers accept [bytes].
 const TEXT: usize = 255;
 /// Alignments without gaps, for bytes, words, longs, single and double precision.
 pub(crate) const PACKED: [u8; 5] = [1; 5];
 
-/// What precedes the objects of a description.
+/// Head of a description, before its objects.
 pub(crate) struct Head<'a> {
     pub(crate) project: &'a str,
     pub(crate) project_help: &'a str,
@@ -98,8 +98,8 @@ impl Objects {
     }
 }
 
-/// The name of a value: elements of a list in brackets, since parts of a name do not begin with a digit; what no name may
-/// have is `_`.
+/// The name of a value: elements of a list in brackets, since parts of a name do not begin with a digit; invalid
+/// characters become `_`.
 pub fn name(path: &str) -> String {
     let allowed = |letter: char| letter.is_ascii_alphanumeric() || "._".contains(letter);
     let path = path.replace(|letter: char| !allowed(letter), "_");
@@ -125,7 +125,7 @@ fn about(cell: &Cell) -> String {
 /// Conversions: units, and names of whole numbers, each written once.
 #[derive(Default)]
 struct Conversions {
-    named: BTreeMap<String, String>,
+    names: BTreeMap<String, String>,
     /// The conversions in use.
     text: String,
 }
@@ -146,7 +146,7 @@ impl Conversions {
                 });
             }
         };
-        let number = self.named.len();
+        let number = self.names.len();
         self.once(&format!("names {verbs:?}"), &format!("names_{number}"), |name| {
             let pairs = verbs.iter().enumerate().fold(String::new(), |mut pairs, (value, verb)| {
                 let _ = write!(pairs, " {value} \"{verb}\"");
@@ -161,10 +161,10 @@ impl Conversions {
     }
 
     fn once(&mut self, what: &str, name: &str, how: impl FnOnce(&str) -> String) -> String {
-        let known = self.named.entry(what.to_owned()).or_insert_with(|| {
+        let entry = self.names.entry(what.to_owned()).or_insert_with(|| {
             self.text += &how(name);
             name.to_owned()
         });
-        known.clone()
+        entry.clone()
     }
 }

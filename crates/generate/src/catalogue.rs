@@ -1,4 +1,4 @@
-//! Which blocks there are, and how each is set up from a preset.
+//! The blocks, and their setup from a preset.
 
 use crate::GenerateError;
 use stickslip_core::control::compensation::{Compensation, Hold, StictionHold};
@@ -33,7 +33,7 @@ pub struct Entry {
 /// A preset, prepared for its rates.
 pub(super) struct Setup {
     preset: Preset<f64>,
-    /// The software, with the paper's law in force.
+    /// The software, with the law of the paper active.
     tick: Tick<f64>,
     law: DifferenceTorque<f64>,
     machine: VirtualMachine<f64>,
@@ -58,25 +58,25 @@ impl Setup {
         })
     }
 
-    /// The friction of the screw if it is of the kind wanted, else with the default of that kind.
-    fn friction(&self, wanted: Model<f64>) -> FrictionElement<f64> {
+    /// The friction of the screw with this model if the preset has it, else with the default of the model.
+    fn friction(&self, model: Model<f64>) -> FrictionElement<f64> {
         let own = self.preset.plant.screw_friction;
-        let alike = std::mem::discriminant(&own.model) == std::mem::discriminant(&wanted);
-        FrictionElement { friction: if alike { own } else { Friction { model: wanted, ..own } } }
+        let same_model = std::mem::discriminant(&own.model) == std::mem::discriminant(&model);
+        FrictionElement { friction: if same_model { own } else { Friction { model, ..own } } }
     }
 
     fn pid(&self) -> Pid<f64> {
         if let PositionController::Pid(pid) = self.tick.control.controller { pid } else { Pid::default() }
     }
 
-    /// The state feedback of the preset, or that of the defaults where it has another controller.
+    /// The state feedback of the preset, or the default one if the preset has another controller.
     fn linear(&self) -> Result<LinearController<f64>, Error> {
         if let PositionController::Linear(linear) = self.tick.control.controller {
             return Ok(linear);
         }
         let torque_limit = self.preset.bench.controller.torque_limit();
-        let stated = StateFeedback { torque_limit, ..StateFeedback::default() };
-        design::state_feedback(&stated, &self.preset.model, self.tick.control_period)
+        let choice = StateFeedback { torque_limit, ..StateFeedback::default() };
+        design::state_feedback(&choice, &self.preset.model, self.tick.control_period)
     }
 
     /// The predictive controller of the preset, or its state feedback within the default limits.
@@ -84,10 +84,10 @@ impl Setup {
         if let PositionController::Predictive(predictive) = self.tick.control.controller {
             return Ok(predictive);
         }
-        let ControllerChoice::Predictive(stated) = as_predictive(&self.preset.bench.controller) else {
+        let ControllerChoice::Predictive(choice) = as_predictive(&self.preset.bench.controller) else {
             return Err(Error::NotSolvable { what: "a predictive controller", remedy: "Choose one in the preset." });
         };
-        design::predictive(&stated, &self.preset.model, self.tick.control_period)
+        design::predictive(&choice, &self.preset.model, self.tick.control_period)
     }
 
     fn stiction_hold(&self) -> StictionHold<f64> {
@@ -103,10 +103,10 @@ impl Setup {
     }
 }
 
-/// For each block: its name, what documents it, the block itself and its step [s].
+/// For each block: its name, its documented type, the block itself and its step [s].
 macro_rules! catalogue {
     ($($name:literal: $Documented:ident, |$setup:ident| $block:expr, $step:expr;)+) => {
-        /// What code can be generated for.
+        /// All blocks of the catalogue.
         pub fn blocks() -> Vec<Entry> {
             vec![$(Entry { name: $name, about: first_sentence(<$Documented<f64> as Fields<f64>>::HELP) }),+]
         }
@@ -163,7 +163,7 @@ fn unknown(name: &str) -> Error {
         .into()
 }
 
-/// The first sentence of a documentation, without its marks: it says what the thing is.
+/// The first sentence of a documentation, without its marks.
 fn first_sentence(help: &str) -> String {
     let paragraph = help.split("\n\n").next().unwrap_or_default().replace('\n', " ");
     let sentence = paragraph.split(". ").next().unwrap_or_default();
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_block_says_in_a_line_what_it_is() {
+    fn every_block_has_a_description_of_one_line() {
         for Entry { name, about } in blocks() {
             assert!((10..=110).contains(&about.chars().count()), "{name}: {about}");
             assert!(about.ends_with('.') && !about.contains("``"), "{name}: {about}");
@@ -184,9 +184,9 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_of_the_pen_is_named_with_the_nearest_block() {
+    fn a_misspelt_block_gets_the_nearest_name() {
         let refused = find("velocity_obsever").map_err(|error| error.to_string());
-        assert_eq!(refused, Err("velocity_obsever is no block. Did you mean velocity_observer?".into()));
+        assert_eq!(refused, Err("unknown block velocity_obsever. Did you mean velocity_observer?".into()));
         assert!(find("zzz").is_err_and(|error| error.to_string().contains("stickslip generate --list")));
     }
 }

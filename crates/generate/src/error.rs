@@ -1,42 +1,44 @@
-//! What only the code generator can fail of.
+//! Errors of the code generator.
 
 use std::path::PathBuf;
 
 use stickslip_base::did_you_mean;
 
-/// A failure of the code generator, beside those that every crate has.
+/// An error of the code generator, in addition to those of every crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GenerateError {
-    /// There is no block of this name.
-    #[error("{name} is no block. {}", did_you_mean(nearest.as_deref(), "`stickslip generate --list` names them."))]
+    /// An unknown block.
+    #[error("unknown block {name}. {}", did_you_mean(nearest.as_deref(), "`stickslip generate --list` lists all \
+        blocks."))]
     UnknownBlock {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The known name most like it.
+        /// The most similar known name.
         nearest: Option<String>,
     },
-    /// A name that C does not take.
-    #[error("{0}. Say another by --prefix")]
+    /// A name that is not valid in C.
+    #[error("{0}. State another name with --prefix")]
     NoIdentifier(#[from] stickslip_codegen::c::NotAName),
-    /// A C compiler that refuses what was generated.
+    /// A C compiler that is missing or refuses the generated code.
     #[error(
-        "{compiler} does not compile it: {said}. Say by the variable CC which C99 compiler to take, such as gcc or clang"
+        "{compiler} does not compile the generated code: {message}. Set the environment variable CC to a C99 compiler, \
+         such as gcc or clang"
     )]
     Compiler {
-        /// Which one.
+        /// The compiler.
         compiler: String,
-        /// The first line of its complaint.
-        said: String,
+        /// The first line of its message.
+        message: String,
     },
-    /// A linked program that does not hold what is looked for.
+    /// A linked program without the expected code or variables.
     #[error("{}: {reason}. {remedy}", path.display())]
     Program {
         /// Its file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The cause.
         reason: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! A block as one file that other tools simulate: the FMU of `stickslip_codegen::fmu` with its library.
+//! A block as an FMU, for simulation in other tools: the FMU of `stickslip_codegen::fmu` with its library.
 
 use std::net::SocketAddr;
 
@@ -18,23 +18,24 @@ use stickslip_base::{Error, Preset};
 pub struct Fmu {
     /// Its file: `NAME-fmi2.fmu`.
     pub file: String,
-    /// What that contains.
+    /// Contents of the file.
     pub bytes: Vec<u8>,
-    /// Folder of the library within, as the standard calls the platform; `None` if there is none: then it is of use to
-    /// tools that compile its sources.
+    /// Folder of the library within, named after the platform as in the standard; `None` without a library: then only
+    /// tools that compile its sources can use the FMU.
     pub platform: Option<&'static str>,
     /// Variables of all kinds.
     pub variables: usize,
-    /// Step that it takes [s].
+    /// Step size [s].
     pub step: f64,
 }
 
-/// Makes the FMU of the block called `name` with the numbers of a preset; `prefix` is what it is called, the block's name
-/// unless given. The library is compiled for this machine by `$CC`, or `cc`. With an address it serves XCP there, and says so
-/// by FMI-LS-XCP.
+/// Makes the FMU of the block called `name` with the numbers of a preset; `prefix` is its name, default: that of the
+/// block. The library is compiled for this machine by `$CC`, or `cc`. With an address it serves XCP there, and states
+/// it by FMI-LS-XCP.
 ///
 /// # Errors
-/// As [`generate`](super::generate()); [`GenerateError::Compiler`](crate::GenerateError::Compiler) where the compiler is there and refuses; [`Error::File`].
+/// As [`generate`](super::generate()); [`GenerateError::Compiler`](crate::GenerateError::Compiler) if the compiler
+/// refuses the code; [`Error::File`].
 pub fn fmu(
     name: &str,
     preset: &Preset<f64>,
@@ -42,14 +43,14 @@ pub fn fmu(
     prefix: Option<&str>,
     xcp: Option<SocketAddr>,
 ) -> Result<Fmu, Error> {
-    let made = code(name, preset, Precision::Double, prefix)?;
-    fmu_of(&Project { files: made.files, program: made.program }, &made.prefix, made.step, version, xcp)
+    let code = code(name, preset, Precision::Double, prefix)?;
+    fmu_of(&Project { files: code.files, program: code.program }, &code.prefix, code.step, version, xcp)
 }
 
 /// Makes the FMU of a project in `double`, called `name`, with steps of `step` [s].
 ///
 /// # Errors
-/// [`GenerateError::Compiler`](crate::GenerateError::Compiler) where the compiler is there and refuses; [`Error::File`].
+/// [`GenerateError::Compiler`](crate::GenerateError::Compiler) if the compiler refuses the code; [`Error::File`].
 pub(super) fn fmu_of(
     project: &Project,
     name: &str,
@@ -66,7 +67,7 @@ pub(super) fn fmu_of(
     let mut fmu = fmu::fmu(project, name, step, version, service.as_ref());
     let library = library(&fmu, service.is_some())?;
     if let Some(service) = &service {
-        // Addresses are the same everywhere: the sources have the description that the libraries have.
+        // Addresses are the same on all platforms: sources and libraries share the description.
         let text = fmu_description(project, name, service);
         for folder in [None, version.platform().map(|it| it.0)].into_iter().take(1 + usize::from(library.is_some())) {
             let place = folder.map_or_else(|| fmu::FOLDER.into(), |folder| format!("{}/{folder}", fmu::FOLDER));
@@ -89,15 +90,15 @@ pub(super) fn fmu_of(
     })
 }
 
-/// What was compiled.
+/// A compiled library.
 struct Library {
-    /// Within the FMU.
+    /// Path within the FMU.
     path: String,
     platform: &'static str,
     bytes: Vec<u8>,
 }
 
-/// The library of an FMU; none on a machine that the standard has no name for, or without a C compiler.
+/// The library of an FMU; `None` on a machine without a name in the standard, or without a C compiler.
 fn library(fmu: &fmu::Fmu, threads: bool) -> Result<Option<Library>, Error> {
     let Some((platform, ending)) = fmu.version.platform() else { return Ok(None) };
     if !compiler().is_there() {

@@ -11,7 +11,7 @@ use crate::asap2::{Head, Objects, PACKED, quoted};
 use crate::xcp::a2l::{Doors, METALANGUAGE, Slave, protocol};
 use crate::xcp::{Cell, Content};
 
-/// The commands that the service of an FMU has.
+/// The commands of the service of an FMU.
 const COMMANDS: &str = "GET_COMM_MODE_INFO GET_ID SET_MTA UPLOAD SHORT_UPLOAD DOWNLOAD SHORT_DOWNLOAD SET_DAQ_PTR WRITE_DAQ \
     SET_DAQ_LIST_MODE GET_DAQ_LIST_MODE START_STOP_DAQ_LIST START_STOP_SYNCH GET_DAQ_CLOCK GET_DAQ_PROCESSOR_INFO \
     GET_DAQ_RESOLUTION_INFO GET_DAQ_LIST_INFO GET_DAQ_EVENT_INFO FREE_DAQ ALLOC_DAQ ALLOC_ODT ALLOC_ODT_ENTRY";
@@ -73,11 +73,11 @@ mod tests {
     use stickslip_base::parameters::presets;
 
     #[test]
-    fn a_strict_reader_has_nothing_to_say_of_any_block_and_no_addresses_overlap() {
+    fn a_strict_reader_accepts_every_block_and_no_addresses_overlap() {
         let preset = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset of the product");
         for entry in blocks() {
-            let made = code(entry.name, &preset, Precision::Double, None).expect("a block of the catalogue");
-            let project = Project { files: made.files, program: made.program };
+            let code = code(entry.name, &preset, Precision::Double, None).expect("a block of the catalogue");
+            let project = Project { files: code.files, program: code.program };
             let address = "::1".parse().expect("an address");
             let service = Service { address, port: 5556, epk: "stickslip \"1\"".into(), cycle: (25, 3) };
             let text = fmu_description(&project, entry.name, &service);
@@ -91,7 +91,7 @@ mod tests {
             let measured = module.measurement.iter().map(|m| m.ecu_address.as_ref().expect("each has one").address);
             let mut places: Vec<u32> = measured.chain(module.characteristic.iter().map(|c| c.address)).collect();
             places.sort_unstable();
-            // Without a gap, and the time behind.
+            // Without a gap, and the time at the end.
             assert!(places.windows(2).all(|pair| pair[0] + 8 == pair[1]), "{}", entry.name);
             assert!(places[0] == fmu::NUMBERS && *places.last().expect("the time") < fmu::EPK);
         }

@@ -1,9 +1,10 @@
 //! From a block of the bench to C99 and its signal-flow diagram, with the numbers of a preset.
 //!
-//! [`blocks`] lists what there is; [`generate`] makes the files of one: header, source, self-test, example, page and
-//! diagram; [`fmu()`] makes one file of it for tools that simulate; [`module()`] takes a controller that was recorded
-//! elsewhere. The C computes the bits of the Rust in the precision chosen. Choices of the preset (which friction model,
-//! which controller) are made when the code is written; numbers stay open, as parameters with the preset's values.
+//! [`blocks`] lists the blocks; [`generate`] makes the files of one: header, source, self-test, example, page and
+//! diagram; [`fmu()`] makes an FMU of it for simulation tools; [`module()`] takes a controller that was recorded
+//! elsewhere. The C code computes the same bits as the Rust code in the chosen precision. Choices of the preset (which
+//! friction model, which controller) are fixed when the code is written; numbers stay variable, as parameters with the
+//! preset's values.
 #![forbid(unsafe_code)]
 
 mod a2l;
@@ -50,27 +51,27 @@ pub enum Precision {
     Single,
 }
 
-/// Files made of a block.
+/// Generated files of a block.
 #[derive(Clone, Debug)]
 pub struct Generated {
-    /// Which block.
+    /// Name of the block.
     pub block: &'static str,
-    /// What types and functions begin with.
+    /// Prefix of types and functions.
     pub prefix: String,
-    /// Time step that the block was prepared for [s].
+    /// Time step of the block [s].
     pub step: f64,
     /// Name and text of each file.
     pub files: Vec<(String, String)>,
-    /// What was recorded.
+    /// The recorded program.
     pub program: Program,
 }
 
-/// Makes the files of the block called `name`, its signal-flow diagram among them, with the numbers of a preset; `prefix` is what types and functions begin
-/// with, the block's name unless given.
+/// Makes the files of the block called `name`, its signal-flow diagram among them, with the numbers of a preset;
+/// `prefix` is the prefix of types and functions, default: the name of the block.
 ///
 /// # Errors
-/// A name that is none of [`blocks`], a prefix that C does not take; whatever the design of observer and current
-/// control refuses, or a step that the virtual machine cannot take.
+/// A name that is not in [`blocks`], a prefix that is not valid in C; errors of the design of observer and current
+/// control, or a step that is too long for the virtual machine.
 pub fn generate(
     name: &str,
     preset: &Preset<f64>,
@@ -95,14 +96,14 @@ pub(crate) fn code(
     catalogue::make(block, &setup, &Request { block, prefix: prefix.unwrap_or(block), precision })
 }
 
-/// The files of the software of a bench that runs, under the law in force; `step` is its tick [s].
+/// The files of the software of a running bench, with its active law; `step` is its tick [s].
 pub fn software(tick: &Tick<f64>, step: f64) -> Result<Generated, Error> {
     Request { block: SOFTWARE, prefix: SOFTWARE, precision: Precision::Double }
         .files(tick, step)
         .map(Generated::with_diagram)
 }
 
-/// What is to be made.
+/// A request for code.
 struct Request<'a> {
     block: &'static str,
     prefix: &'a str,
@@ -127,7 +128,7 @@ impl Generated {
         Generated { block, prefix: prefix.into(), step, files: project.files, program: project.program }
     }
 
-    /// With its signal-flow diagram.
+    /// Adds the signal-flow diagram.
     fn with_diagram(mut self) -> Self {
         let (program, prefix) = (&self.program, &self.prefix);
         self.files.push((format!("{DIAGRAM}/{prefix}.json"), diagram::json(program, prefix)));
@@ -141,10 +142,10 @@ impl Generated {
         self.files.iter().find(|file| file.0 == name).map(|file| file.1.as_str())
     }
 
-    /// Writes the files and `summary.json` into a folder, which is created where it does not exist.
+    /// Writes the files and `summary.json` into a folder, which is created if it does not exist.
     ///
     /// # Errors
-    /// [`Error::File`] where the system refuses.
+    /// [`Error::File`].
     pub fn write(&self, folder: &Path) -> Result<Summary, Error> {
         output::create_folder(&folder.join(DIAGRAM))?;
         for (name, text) in &self.files {
@@ -190,27 +191,28 @@ mod tests {
     use super::*;
     use stickslip_base::parameters::presets;
 
-    fn made(name: &str) -> Generated {
+    fn generated(name: &str) -> Generated {
         let preset = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset of the product");
         generate(name, &preset, Precision::Double, None).expect("a block of the catalogue")
     }
 
     #[test]
-    fn no_block_swells() {
+    fn the_size_of_every_block_is_bounded() {
         let preset = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset of the product");
         let sizes = |name: &str| {
             let summary = code(name, &preset, Precision::Double, None).expect("a block of the catalogue").summary();
-            let size = |of: &str| summary.value(&format!("generate.{of}")).expect("every summary has it");
+            let size = |of: &str| summary.value(&format!("generate.{of}")).expect("each summary has it");
             let numbers: f64 = ["parameters", "states", "inputs", "outputs"].into_iter().map(size).sum();
             (size("operations"), numbers, size("source_lines"))
         };
         for Entry { name, .. } in blocks() {
             let (operations, numbers, lines) = sizes(name);
-            // A line for an operation, two for a number (load and store, or set and check), and what frames them.
+            // One line per operation, two per number (load and store, or set and check), and a constant part.
             let budget = 100.0 + 1.2 * operations + 2.0 * numbers;
             assert!(lines <= budget, "{name}: {lines} lines for {operations} operations and {numbers} numbers");
         }
-        // What blocks are made of is called, not copied: the whole costs its parts and the wires between them.
+        // Inner blocks are called, not copied: the size of the whole is that of its parts and of the wires between
+        // them.
         let [(bench, numbers, _), (tick, ..), (plant, ..)] = ["bench", "tick", "plant"].map(sizes);
         assert!(bench <= tick + plant + 2.0 * numbers, "{bench} operations of {tick} and {plant}");
     }
@@ -220,23 +222,24 @@ mod tests {
         let mut preset: Preset<f64> = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset");
         preset.bench.desired.stribeck_velocity = 1.375;
         let text = |precision, prefix| {
-            let made = generate("difference_torque", &preset, precision, prefix).expect("a block of the catalogue");
-            made.files.into_iter().find(|file| file.0.ends_with("law.c")).expect("its source").1
+            let generated =
+                generate("difference_torque", &preset, precision, prefix).expect("a block of the catalogue");
+            generated.files.into_iter().find(|file| file.0.ends_with("law.c")).expect("its source").1
         };
         let (double, single) = (text(Precision::Double, Some("law")), text(Precision::Single, Some("law")));
         assert!(double.contains("p->desired.stribeck_velocity = 1.375;"));
         assert!(single.contains("p->desired.stribeck_velocity = 1.375f;"));
         let refused = generate("difference_torque", &preset, Precision::Double, Some("double"));
-        let message = refused.map(drop).expect_err("C keeps that word for itself").to_string();
+        let message = refused.map(drop).expect_err("it is a keyword of C").to_string();
         assert!(message.contains("\"double\"") && message.contains("--prefix"), "{message}");
     }
 
     #[test]
-    fn a_folder_that_cannot_be_made_is_named() {
+    fn a_folder_that_cannot_be_created_is_reported() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = folder.path().join("taken");
         std::fs::write(&file, "").expect("a small file");
-        let refused = made("pid").write(&file).expect_err("a file is no folder");
+        let refused = generated("pid").write(&file).expect_err("a file is not a folder");
         assert!(refused.to_string().contains("taken"), "{refused}");
     }
 }

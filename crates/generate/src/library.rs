@@ -11,7 +11,7 @@ use stickslip_base::Error;
 /// The C compiler of this machine.
 pub(super) struct Compiler(String);
 
-/// That which `$CC` names, or `cc`.
+/// The compiler of `$CC`, or `cc`.
 pub(super) fn compiler() -> Compiler {
     Compiler(std::env::var("CC").ok().filter(|name| !name.trim().is_empty()).unwrap_or_else(|| "cc".into()))
 }
@@ -22,16 +22,16 @@ impl Compiler {
         Command::new(&self.0).arg("--version").output().is_ok()
     }
 
-    fn error(self, said: impl Into<String>) -> Error {
-        GenerateError::Compiler { compiler: self.0, said: said.into() }.into()
+    fn error(self, message: impl Into<String>) -> Error {
+        GenerateError::Compiler { compiler: self.0, message: message.into() }.into()
     }
 }
 
-/// Compiles `sources` among the files, names and texts, in a folder of its own, to the library called `name`: what it
-/// consists of. It has `threads` where it starts one.
+/// Compiles `sources` among the files, names and texts, in a temporary folder to the library `name`; returns its
+/// contents. `threads` links the library for threads.
 ///
 /// # Errors
-/// [`GenerateError::Compiler`] where the compiler is missing or refuses; [`Error::File`].
+/// [`GenerateError::Compiler`] if the compiler is missing or refuses the code; [`Error::File`].
 pub(super) fn compile(
     files: &[(String, String)],
     sources: &[String],
@@ -49,7 +49,7 @@ pub(super) fn compile(
     let compiler = compiler();
     let mut command = Command::new(&compiler.0);
     command.current_dir(folder.path());
-    // Only the functions that are meant for others are seen from outside: a hundred libraries live in one process.
+    // Only the public functions are visible: a process may load many libraries.
     command.args(["-std=c99", "-O2", "-shared", "-fvisibility=hidden", "-ffp-contract=off"]);
     command.args((!cfg!(windows)).then_some("-fPIC"));
     command.args(threads.then_some("-pthread"));
@@ -59,9 +59,9 @@ pub(super) fn compile(
         Ok(output) => {
             let text = String::from_utf8_lossy(&output.stderr);
             let worst = text.lines().find(|line| line.contains("error"));
-            Err(compiler.error(worst.or_else(|| text.lines().next()).unwrap_or("it says nothing")))
+            Err(compiler.error(worst.or_else(|| text.lines().next()).unwrap_or("no message")))
         }
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(compiler.error("there is no such program")),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(compiler.error("program not found")),
         Err(error) => Err(compiler.error(error.to_string())),
     }
 }

@@ -1,5 +1,5 @@
-//! A controller that was recorded elsewhere, such as a function in Python, or a friction: its project in C, and the library
-//! of it that `stickslip load` takes.
+//! A controller that was recorded elsewhere, such as a function in Python, or a friction: its project in C, and its
+//! library for `stickslip load`.
 
 use crate::GenerateError;
 use std::ops::Deref;
@@ -22,15 +22,15 @@ use stickslip_bench::external::HEADER;
 #[derive(Clone, Debug)]
 pub struct Module {
     code: Own,
-    /// Names and texts of what the library is compiled of; the last is the one that is compiled.
+    /// Names and texts of the files of the library; the last one is compiled.
     pub files: Vec<(String, String)>,
 }
 
-/// Writes a controller with the signature of [`stickslip_codegen::module`] as C called `name`; `step` is the time from
-/// sample to sample [s] in self-test and example.
+/// Writes a controller with the signature of [`stickslip_codegen::module`] as C called `name`; `step` is the sampling
+/// time [s] of self-test and example.
 ///
 /// # Errors
-/// [`GenerateError::NoIdentifier`] if C would not take the name, or if it is one of stickslip's own.
+/// [`GenerateError::NoIdentifier`] if the name is not valid in C, or begins with `stickslip`.
 pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> {
     let project = c::project_of(program, name, step).map_err(GenerateError::NoIdentifier)?;
     library_of(Own { kind: "controller", name: name.into(), step, project })
@@ -38,7 +38,7 @@ pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> 
 
 fn library_of(own: Own) -> Result<Module, Error> {
     let Own { name, project, .. } = &own;
-    // The library has functions of these names.
+    // The library has functions with these names.
     if name.starts_with("stickslip") {
         return Err(GenerateError::NoIdentifier(c::NotAName(name.clone())).into());
     }
@@ -102,10 +102,10 @@ where
 }
 
 impl Module {
-    /// Compiles the library for this machine by `$CC`, or `cc`: what it consists of.
+    /// Compiles the library for this machine by `$CC`, or `cc`; returns its contents.
     ///
     /// # Errors
-    /// [`GenerateError::Compiler`] where the compiler is missing or refuses; [`Error::File`].
+    /// [`GenerateError::Compiler`] if the compiler is missing or refuses the code; [`Error::File`].
     pub fn library(&self) -> Result<Vec<u8>, Error> {
         let sources: Vec<String> = self.files.iter().rev().take(1).map(|file| file.0.clone()).collect();
         library::compile(&self.files, &sources, "controller", false)
@@ -135,17 +135,17 @@ mod tests {
 
     #[test]
     fn a_controller_has_its_project_and_a_library_of_its_own_files() {
-        let made = module(program(), "law", 1e-3).expect("a good name");
-        let names: Vec<&str> = made.files.iter().map(|file| file.0.as_str()).collect();
+        let module_of_law = module(program(), "law", 1e-3).expect("a good name");
+        let names: Vec<&str> = module_of_law.files.iter().map(|file| file.0.as_str()).collect();
         assert_eq!(names, ["law.h", "law.c", "stickslip_module.h", "law_module.c"]);
-        let project = made.generated(true);
+        let project = module_of_law.generated(true);
         assert!(project.text("README.md").is_some() && project.text("diagram/law.json").is_some());
-        assert_eq!(made.generated(false).files.len(), 6);
-        assert_eq!(&made.library().expect("a compiler")[1..4], b"ELF");
+        assert_eq!(module_of_law.generated(false).files.len(), 6);
+        assert_eq!(&module_of_law.library().expect("a compiler")[1..4], b"ELF");
     }
 
     #[test]
-    fn names_that_the_library_has_itself_are_refused() {
+    fn names_of_the_library_are_refused() {
         for name in ["stickslip", "stickslip_module", "double", "<lambda>"] {
             let refused = module(program(), name, 1e-3).map(drop);
             assert!(
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_compiler_says_is_handed_on() {
+    fn the_message_of_the_compiler_is_returned() {
         let files = [("a.c".into(), "int x = ;".into())];
         let refused = library::compile(&files, &["a.c".into()], "a", false).map(drop).expect_err("no C");
         assert!(refused.to_string().contains("a.c:1") && refused.to_string().contains("CC"), "{refused}");

@@ -1,4 +1,4 @@
-//! Code of what stickslip does not know: a block, or a friction with bristles, in one file of yours.
+//! Code of custom blocks, or of frictions with bristles, from user code.
 
 use stickslip_codegen::c::{self, Project};
 use stickslip_codegen::record::Recorded;
@@ -27,7 +27,7 @@ pub struct Own {
 /// [s] of self-test and example.
 ///
 /// # Errors
-/// [`GenerateError::NoIdentifier`](crate::GenerateError::NoIdentifier) if C would not take the name.
+/// [`GenerateError::NoIdentifier`](crate::GenerateError::NoIdentifier) if the name is not valid in C.
 pub fn own<B>(block: &B, name: &str, step: f64) -> Result<Own, Error>
 where
     B: Fields<f64>,
@@ -38,8 +38,8 @@ where
     Ok(Own { kind: "block", name: name.into(), step, project })
 }
 
-/// The same of a friction with bristles alone: velocity in, mean torque of the bristles in the step out. A viscous part is
-/// linear in the velocity, and no part of it.
+/// The same of a friction with bristles alone: velocity in, mean torque of the bristles in the step out. A viscous part
+/// is linear in the velocity and not included.
 ///
 /// ```no_run
 /// use stickslip_generate::own_friction;
@@ -61,8 +61,8 @@ where
 }
 
 impl Own {
-    /// Describes its code for calibration tools, as [`code_description`](super::code_description) does that of a block
-    /// that stickslip knows.
+    /// Describes its code for calibration tools, as [`code_description`](super::code_description) does for built-in
+    /// blocks.
     ///
     /// # Errors
     /// As there.
@@ -70,17 +70,17 @@ impl Own {
         describe(&self.project.program, &self.name, Precision::Double, variables)
     }
 
-    /// The whole project: what `stickslip generate c` makes of a block. Its diagram takes by far the longest where there
-    /// are many operations, and can be left out.
+    /// The whole project: as of `stickslip generate c`. The diagram takes most of the time for many operations, and is
+    /// optional.
     pub fn generated(&self, diagram: bool) -> Generated {
         let generated = Generated::new(self.project.clone(), self.kind, &self.name, self.step);
         if diagram { generated.with_diagram() } else { generated }
     }
 
-    /// Makes the FMU of it, as [`fmu()`](super::fmu()) does of a block.
+    /// Makes its FMU, as [`fmu()`](super::fmu()) does for a built-in block.
     ///
     /// # Errors
-    /// [`GenerateError::Compiler`](crate::GenerateError::Compiler) where the compiler is there and refuses; [`Error::File`].
+    /// [`GenerateError::Compiler`](crate::GenerateError::Compiler) if the compiler refuses the code; [`Error::File`].
     pub fn fmu(&self, version: Version) -> Result<Fmu, Error> {
         fmu_of(&self.project, &self.name, self.step, version, None)
     }
@@ -90,7 +90,7 @@ impl Own {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bristles<B>(B);
 
-/// What they remember.
+/// State of the bristles.
 #[derive(Clone, Copy, Debug, PartialEq, stickslip_core::Fields)]
 struct BristlesState<T> {
     /// Mean deflection of the bristles.
@@ -98,7 +98,7 @@ struct BristlesState<T> {
     deflection: T,
 }
 
-/// What they see.
+/// Input of the bristles.
 #[derive(Clone, Copy, Debug, PartialEq, stickslip_core::Fields)]
 struct Sliding<T> {
     /// Velocity of the sliding surface, held over the step.
@@ -155,7 +155,7 @@ mod tests {
     use stickslip_core::friction::{Contact, ElastoPlastic, Friction, FrictionElement, Model};
 
     #[test]
-    fn bristles_of_ones_own_are_stepped_as_those_of_the_house() {
+    fn custom_bristles_are_stepped_as_the_built_in_ones() {
         let mut bristle = ElastoPlastic::<f64>::default();
         bristle.lugre.sliding.viscous_friction = 0.0;
         let element =

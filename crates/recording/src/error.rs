@@ -1,98 +1,99 @@
-//! What only a recording or a capture can fail of.
+//! Errors of recordings and captures.
 
 use std::path::PathBuf;
 
-/// A failure of a recording or a capture, beside those that every crate has.
+/// An error of a recording or a capture, in addition to those of every crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
     /// A recording without a row.
-    #[error("{}: there is no row of numbers in it. A recording is a header and one row a sample.", path.display())]
+    #[error("{}: no row of numbers. A recording is a header and one row per sample.", path.display())]
     EmptyRecording {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
-    /// A row that is not as its header says.
-    #[error("{}:{line}: {fault}. Mend or remove the row.", path.display())]
+    /// A row that differs from its header.
+    #[error("{}:{line}: {fault}. Correct or remove the row.", path.display())]
     BadRow {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Counted from 1.
+        /// Position, from 1.
         line: u64,
-        /// What is wrong with it.
+        /// The fault.
         fault: String,
     },
     /// A cell that is not a finite number.
-    #[error("{}:{line}: column `{column}` holds \"{text}\", not a finite number. Write numbers with a decimal point, or cut the rows without a value.", path.display())]
+    #[error("{}:{line}: column `{column}` holds \"{text}\", not a finite number. Write numbers with a decimal point, \
+        or remove the rows without a value.", path.display())]
     BadCell {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Counted from 1.
+        /// Position, from 1.
         line: u64,
-        /// Which column.
+        /// Name of the column.
         column: String,
-        /// What stands there.
+        /// Text of the cell.
         text: String,
     },
     /// A column that the recording does not have.
     #[error("{}: there is no column `{name}` among {}. Is it `{nearest}`? Name it in the machine file under [columns].", path.display(), columns.join(", "))]
     MissingColumn {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Asked for.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// The columns of the recording.
         columns: Vec<String>,
-        /// The one most alike.
+        /// The most similar column.
         nearest: String,
     },
     /// Time stamps that are not on an even grid.
     #[error("{}:{line}: {fault}: a step of {step:.3e} s where the period is {period:.3e} s. {remedy}", path.display())]
     UnevenTime {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Counted from 1.
+        /// Position, from 1.
         line: u64,
-        /// What is wrong.
+        /// The fault.
         fault: &'static str,
-        /// The step that ends there [s].
+        /// The step that ends at this row [s].
         step: f64,
         /// Mean period [s].
         period: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// A trigger that makes no sense.
+    /// An invalid trigger.
     #[error("trigger \"{text}\", column {column}: {fault}. {remedy}")]
     Trigger {
         /// The trigger in words.
         text: String,
-        /// Counted from 1.
+        /// Position, from 1.
         column: usize,
-        /// What is wrong there.
+        /// The fault.
         fault: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
-    /// A row of a stream that is not after the one before it.
-    #[error("a row of cycle {cycle}{}: cycles increase, below 2^63. A bench that was started anew needs a new stream.",
+    /// A row of a stream that is not after the previous one.
+    #[error("a row of cycle {cycle}{}: cycles increase, below 2^63. Start a new stream after a restart of the bench.",
         last.map_or(String::new(), |last| format!(" after one of cycle {last}")))]
     RowOrder {
-        /// Its cycle.
+        /// Cycle of the row.
         cycle: u64,
-        /// That of the row before.
+        /// Cycle of the previous row.
         last: Option<u64>,
     },
     /// More memory than is allowed.
-    #[error("{what} would take {bytes} bytes, {limit} are allowed. {remedy}")]
+    #[error("{what} would require {bytes} bytes; the limit is {limit} bytes. {remedy}")]
     TooMuchMemory {
-        /// What.
+        /// Name of the sink.
         what: &'static str,
-        /// At most.
+        /// Required memory [bytes].
         bytes: u128,
-        /// Allowed.
+        /// Limit [bytes].
         limit: usize,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
 }

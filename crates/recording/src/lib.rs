@@ -1,11 +1,11 @@
-//! A recording of an axis: named columns of numbers, whatever file they came in.
+//! A recording of an axis: named columns of numbers, from any kind of file.
 //!
 //! | file | read as | units |
 //! |-|-|-|
 //! | text | comma, semicolon or tab; decimal point or comma; `#` comments; UTF-8, UTF-16 or Latin-1; may be gzipped | `x [mm]`, `x (mm)` or a row below the header |
 //! | MAT, level 5 | vectors and columns of matrices, compressed or not | none |
 //! | Parquet | flat columns of numbers, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
-//! | MDF 4 | numbers of the group that has most of them; [`mdf`] says which kinds | of channel or conversion |
+//! | MDF 4 | numbers of the group that has most of them; see [`mdf`] | of channel or conversion |
 #![forbid(unsafe_code)]
 
 pub mod capture;
@@ -26,7 +26,7 @@ pub use time::{Spacing, resample};
 
 use stickslip_base::Error;
 
-/// Columns of equal length, with enough memory of the file to name the place of a fault.
+/// Columns of equal length, with their lines in the file for messages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     path: PathBuf,
@@ -38,13 +38,13 @@ pub struct Recording {
 /// One signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// As in the header, without its unit.
+    /// Name in the header, without the unit.
     pub name: String,
-    /// As the file says.
+    /// Unit in the file.
     pub unit: Option<String>,
-    /// One a row; what was not a finite number is NaN.
+    /// One value per row; cells that are not finite numbers are NaN.
     pub values: Vec<f64>,
-    /// The first cell that is not a finite number, and its row. Only who uses the column need care.
+    /// The first cell that is not a finite number, and its row. It matters only if the column is used.
     fault: Option<(usize, String)>,
 }
 
@@ -65,7 +65,7 @@ impl Recording {
     /// Reads a file; its kind and gzip are recognised by content.
     ///
     /// # Errors
-    /// A file that cannot be read, is none of the kinds above, has no rows, or whose rows differ in length.
+    /// A file that cannot be read, is of another kind, has no rows, or has rows of different length.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let failed = |source| Error::file(path, "read", source);
         let bytes = std::fs::read(path).map_err(failed)?;
@@ -101,7 +101,7 @@ impl Recording {
         text::read(path, bytes)
     }
 
-    /// From columns in memory; `name` stands in messages where a file's path would.
+    /// From columns in memory; `name` is used in messages in place of a path.
     ///
     /// # Panics
     /// If the columns differ in length.
@@ -135,7 +135,7 @@ impl Recording {
         self.lines.len()
     }
 
-    /// Where it came from.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -145,13 +145,13 @@ impl Recording {
         &self.columns
     }
 
-    /// A column by name, all of it finite numbers.
+    /// A column by name, with finite numbers only.
     ///
     /// # Errors
-    /// No such column, two of them, or a cell of it is no finite number.
+    /// An unknown column, two columns of this name, or a cell that is not a finite number.
     pub fn column(&self, name: &str) -> Result<&Column, Error> {
-        let mut found = self.columns.iter().filter(|c| c.name == name);
-        let Some(column) = found.next() else {
+        let mut matches = self.columns.iter().filter(|c| c.name == name);
+        let Some(column) = matches.next() else {
             let likeness = |c: &&Column| (strsim::jaro_winkler(&c.name, name) * 1e6) as u64;
             return Err(RecordingError::MissingColumn {
                 path: self.path.clone(),
@@ -161,8 +161,8 @@ impl Recording {
             }
             .into());
         };
-        if found.next().is_some() {
-            return Err(self.doubtful(name, "stands there twice", "Rename one of them."));
+        if matches.next().is_some() {
+            return Err(self.doubtful(name, "exists twice", "Rename one of them."));
         }
         if let Some((row, text)) = &column.fault {
             return Err(RecordingError::BadCell {
@@ -176,7 +176,7 @@ impl Recording {
         Ok(column)
     }
 
-    /// The error of a column whose numbers cannot be what they are taken for.
+    /// The error of a column with implausible numbers.
     pub fn doubtful(&self, column: &str, fault: &str, remedy: &str) -> Error {
         unreadable(&self.path, &format!("column `{column}` {fault}"), remedy)
     }

@@ -1,7 +1,7 @@
 //! Recordings as MAT files of level 5, which MATLAB writes as -v6 and, compressed, as -v7.
 //!
-//! A file is a header of 128 bytes and a row of elements, each a tag (type, length) and data padded to eight bytes;
-//! small data stand in the tag itself. A variable is an element of elements: flags, dimensions, name, numbers.
+//! A file is a header of 128 bytes and a sequence of elements, each a tag (type, length) and data padded to eight
+//! bytes; small data are in the tag itself. A variable is an element of elements: flags, dimensions, name, numbers.
 //! "MAT-File Format", The MathWorks, chapter 1.
 
 use std::io::Read;
@@ -14,10 +14,10 @@ const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 /// Classes of full numeric arrays: double, single, and the integers.
 const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
-/// A variable that unpacks to more is no recording.
+/// Largest unpacked variable.
 const LARGEST: u64 = 1 << 31;
 
-/// Vectors, and columns of matrices as `NAME_1`, `NAME_2`, …; of all lengths the one that most of them have.
+/// Vectors, and columns of matrices as `NAME_1`, `NAME_2`, …; only those of the most frequent length.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     let damaged = || unreadable(path, "the MAT file is damaged", "Save it again with save(…, '-v7').");
     let swapped = match bytes.get(126..128) {
@@ -50,7 +50,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     Recording::from_table(path, columns)
 }
 
-/// The columns of a numeric variable with more than one value; nothing of any other. None if it is damaged.
+/// The columns of a numeric variable with more than one value; empty for any other. `None` if it is damaged.
 fn variable(data: &[u8], swapped: bool) -> Option<Vec<Column>> {
     let mut parts = Elements { bytes: data, swapped };
     let (_, flags) = parts.next()?;
@@ -76,7 +76,7 @@ fn variable(data: &[u8], swapped: bool) -> Option<Vec<Column>> {
     Some(values.chunks(rows).enumerate().map(column).collect())
 }
 
-/// Numbers of any stored type; MATLAB stores what is whole in the smallest that holds it.
+/// Numbers of any stored type; MATLAB stores whole numbers in the smallest suitable type.
 fn numbers_of(kind: u32, data: &[u8], swapped: bool) -> Option<Vec<f64>> {
     fn all<const N: usize>(data: &[u8], swapped: bool, number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
         let ordered = |chunk: &[u8]| {
@@ -108,14 +108,14 @@ fn integer(bytes: &[u8], swapped: bool) -> u32 {
     if swapped { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) }
 }
 
-/// What is left of a row of elements.
+/// The remaining elements.
 struct Elements<'a> {
     bytes: &'a [u8],
     swapped: bool,
 }
 
 impl<'a> Elements<'a> {
-    /// Type and data of the next element; none where the bytes end too early.
+    /// Type and data of the next element; `None` if the bytes end too early.
     fn next(&mut self) -> Option<(u32, &'a [u8])> {
         let tag = integer(self.bytes.get(..4)?, self.swapped);
         // A small element keeps its length in the upper half of the type.

@@ -1,4 +1,4 @@
-//! Recordings as Parquet, ours and others'.
+//! Recordings as Parquet, of stickslip and of other programs.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -13,7 +13,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use super::{Column, Recording, unreadable};
 use stickslip_base::Error;
 
-/// Flat columns of numbers and time stamps; others are left out. Empty cells are faults of their column.
+/// Flat columns of numbers and time stamps; other columns are omitted. Empty cells are faults of their column.
 pub(super) fn read(path: &Path) -> Result<Recording, Error> {
     let failed = |error: ParquetError| {
         let remedy = "Write it again, uncompressed or with Snappy.";
@@ -49,7 +49,7 @@ pub(super) fn read(path: &Path) -> Result<Recording, Error> {
         let name = description.name();
         let mut unit = units.get(name).cloned();
         if let Some(LogicalType::Timestamp(stamp)) = description.logical_type_ref() {
-            // Since the first stamp: nanoseconds of this century have no room in the digits of a number.
+            // Since the first stamp: absolute nanoseconds exceed the digits of a number.
             let start = values[0];
             values.iter_mut().for_each(|v| *v -= start);
             let name = match stamp.unit {
@@ -64,7 +64,7 @@ pub(super) fn read(path: &Path) -> Result<Recording, Error> {
     Recording::from_table(path, columns)
 }
 
-/// By column: `unit.NAME` as our own writer has them, or a JSON object under `units`.
+/// By column: `unit.NAME` as our own writer, or a JSON object under `units`.
 fn units(file: &SerializedFileReader<File>) -> BTreeMap<String, String> {
     let metadata = file.metadata().file_metadata().key_value_metadata().map_or(&[][..], Vec::as_slice);
     let mut units = BTreeMap::new();
@@ -79,7 +79,7 @@ fn units(file: &SerializedFileReader<File>) -> BTreeMap<String, String> {
     units
 }
 
-/// All rows of a group; what is not there becomes NaN.
+/// All rows of a group; missing values become NaN.
 fn take<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     rows: usize,

@@ -17,7 +17,7 @@ use stickslip_base::{Error, output};
 /// Writes columns of equal length as one Parquet file; units are key-value metadata `unit.NAME`.
 ///
 /// # Errors
-/// [`Error::File`] if the system refuses.
+/// [`Error::File`].
 pub fn write_parquet(path: &Path, columns: &[Column]) -> Result<(), Error> {
     output::write_with(path, |file| {
         let mut bytes = Vec::new();
@@ -65,7 +65,7 @@ impl<W: Write + Send> ParquetFile<W> {
         Ok(())
     }
 
-    /// There is nothing behind.
+    /// Ends the file.
     pub fn close(self) -> std::io::Result<()> {
         self.0.close()?;
         Ok(())

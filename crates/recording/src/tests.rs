@@ -42,7 +42,7 @@ fn gzip_reads_as_its_content_and_a_broken_one_is_refused() {
 }
 
 #[test]
-fn a_missing_column_names_those_there_are_and_the_nearest() {
+fn a_missing_column_is_reported_with_all_and_the_nearest() {
     let error = message(parse("time,position,vir\n0,0,0\n").unwrap().column("positon"));
     assert!(
         error.contains("positon") && error.contains("time, position, vir") && error.contains("`position`?"),
@@ -51,7 +51,7 @@ fn a_missing_column_names_those_there_are_and_the_nearest() {
 }
 
 #[test]
-fn a_bad_cell_is_found_by_line_and_column_and_only_if_used() {
+fn a_bad_cell_is_reported_by_line_and_column_and_only_if_used() {
     for bad in ["nan", "1,5 mm", "", "inf", "1,2,3"] {
         for end in ["\n", "\r\n", ""] {
             let recording = parse(&format!("t;x;y\n0;1;2\n\n1;{bad};3{end}")).unwrap();
@@ -74,19 +74,19 @@ fn a_table_from_a_german_spreadsheet_is_read() {
     assert_eq!(recording.rows(), 2);
     let column = recording.column("Weg").unwrap();
     assert_eq!((column.unit.as_deref(), column.values.as_slice()), (Some("mm"), &[1.5, -2.25][..]));
-    // The row of units is a line of the file: what comes behind it keeps its number.
+    // The row of units is a line of the file: the following lines keep their numbers.
     assert!(message(parse("Zeit;Weg\ns;mm\n0;1\n1;?\n").unwrap().column("Weg")).starts_with("axis.csv:4: "));
     // A first row without units is a row without values.
     assert!(parse("t,x\nfoo,bar\n0,1\n").unwrap().column("x").is_err());
-    // Points and commas in one number are neither.
+    // Numbers with both points and commas are refused.
     assert!(parse("t;x\n0;1.234,5\n").unwrap().column("x").is_err());
 }
 
 #[test]
 fn round_brackets_hold_a_unit_or_belong_to_the_name() {
     let recording = parse("t (s),x (actual),u (mm) [V]\n0,1,2\n").unwrap();
-    let found: Vec<_> = recording.columns().iter().map(|c| (c.name.as_str(), c.unit.as_deref())).collect();
-    assert_eq!(found, [("t", Some("s")), ("x (actual)", None), ("u (mm)", Some("V"))]);
+    let columns: Vec<_> = recording.columns().iter().map(|c| (c.name.as_str(), c.unit.as_deref())).collect();
+    assert_eq!(columns, [("t", Some("s")), ("x (actual)", None), ("u (mm)", Some("V"))]);
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn windows_encodings_are_read_and_other_bytes_are_refused() {
     assert_eq!(latin.columns()[2].unit.as_deref(), Some("°"));
     let wide: Vec<u8> = "\u{feff}t\tx\n0\t1,5\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
     assert_eq!(file(&wide).unwrap().column("x").unwrap().values, [1.5]);
-    for (bytes, says) in [
+    for (bytes, part) in [
         (&b"t,x\n0,\0\n"[..], "neither text nor"),
         (b"\x89HDF\r\n\x1a\n", "'-v7'"),
         (b"MATLAB 7.3 MAT-file, Platform", "'-v7'"),
@@ -105,16 +105,16 @@ fn windows_encodings_are_read_and_other_bytes_are_refused() {
         (b"0,1\n1,2\n", "a row of names"),
     ] {
         let error = message(file(bytes));
-        assert!(error.starts_with("axis.csv: ") && error.contains(says), "{error}");
+        assert!(error.starts_with("axis.csv: ") && error.contains(part), "{error}");
     }
 }
 
 #[test]
-fn a_ragged_row_a_name_that_stands_twice_and_an_empty_file_are_refused() {
+fn a_ragged_row_a_duplicate_name_and_an_empty_file_are_refused() {
     let error = message(parse("t,x\n0,1\n1\n"));
     assert!(error.starts_with("axis.csv:3: 1 cells, the header has 2"), "{error}");
     let error = message(parse("t,x,x\n0,1,2\n").unwrap().column("x"));
-    assert!(error.contains("`x` stands there twice"), "{error}");
+    assert!(error.contains("`x` exists twice"), "{error}");
     for text in ["", "t,x\n", "# nothing\n"] {
         assert!(
             matches!(
@@ -126,7 +126,7 @@ fn a_ragged_row_a_name_that_stands_twice_and_an_empty_file_are_refused() {
     }
 }
 
-/// A recording that another tool wrote; `tests/reference/recording/make.py` says which and how.
+/// A recording of another tool, written by `tests/reference/recording/make.py`.
 fn foreign(name: &str) -> Result<Recording, Error> {
     Recording::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference/recording").join(name))
 }
@@ -143,9 +143,9 @@ fn vectors_and_matrices_of_mat_files_are_columns() {
         assert_eq!(names, ["t", "x", "n", "both_1", "both_2"]);
         for i in 0..50 {
             let row: Vec<f64> = recording.columns().iter().map(|c| c.values[i]).collect();
-            let wanted = [i as f64 * 1e-3, position(i), (position(i) * 1e4).round(), position(i), 2.0 * position(i)];
-            // NumPy's sine is another one.
-            assert!(row.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-15), "{name} {i}: {row:?}");
+            let expected = [i as f64 * 1e-3, position(i), (position(i) * 1e4).round(), position(i), 2.0 * position(i)];
+            // NumPy's sine differs in the last bits.
+            assert!(row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{name} {i}: {row:?}");
         }
     }
 }
@@ -163,7 +163,7 @@ fn a_mat_file_cut_anywhere_is_refused_or_has_fewer_columns() {
             }
         }
         assert!(refused > bytes.len() / 2, "{refused}");
-        // A byte that is wrong is another file; nothing may panic.
+        // A wrong byte may give any result; nothing may panic.
         for place in 0..bytes.len() {
             let mut wrong = bytes.clone();
             wrong[place] ^= 0xff;
@@ -173,7 +173,7 @@ fn a_mat_file_cut_anywhere_is_refused_or_has_fewer_columns() {
 }
 
 #[test]
-fn parquet_of_others_has_units_time_stamps_and_empty_cells() {
+fn parquet_of_other_programs_has_units_time_stamps_and_empty_cells() {
     let recording = foreign("snappy.parquet").unwrap();
     let names: Vec<_> = recording.columns().iter().map(|c| (c.name.as_str(), c.unit.as_deref())).collect();
     assert_eq!(names, [("t", Some("us")), ("x", Some("mm")), ("n", None), ("lost", None)]);
@@ -204,7 +204,7 @@ fn our_own_parquet_is_read_with_its_units() {
 }
 
 #[test]
-fn time_that_is_not_even_is_refused_at_its_line() {
+fn uneven_time_is_refused_at_its_line() {
     let even: Vec<f64> = (0..100).map(|i| f64::from(i) * 1e-3).collect();
     let recording = Recording::from_columns("axis.csv", vec![Column::new("t", even.clone())]);
     let spacing = recording.spacing(&even).unwrap();
@@ -228,6 +228,6 @@ fn the_committed_recording_is_even() {
     let recording = Recording::read(Path::new("../../data/emps/emps.csv.gz")).unwrap();
     assert_eq!(recording.rows(), 24_841);
     let spacing = recording.spacing(&recording.column("t").unwrap().values).unwrap();
-    // The time stamps carry the drift of their clock: 3e-8 s a step, as the README of the data says.
+    // The time stamps carry the drift of their clock: 3e-8 s a step, see the README of the data.
     assert!((spacing.period - 1e-3).abs() < 1e-9, "{spacing:?}");
 }

@@ -1,4 +1,4 @@
-//! Recordings as text: a header, perhaps a row of units, then one row a sample.
+//! Recordings as text: a header, optionally a row of units, then one row per sample.
 
 use crate::RecordingError;
 use std::borrow::Cow;
@@ -8,7 +8,7 @@ use super::{Column, Recording, unreadable};
 use stickslip_base::Error;
 use stickslip_base::units::measure;
 
-/// Comma, semicolon or tab between the cells, whichever the header has most of; `#` begins a comment.
+/// Comma, semicolon or tab between the cells, the most frequent one in the header; `#` begins a comment.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     let text = decode(bytes).ok_or_else(|| {
         unreadable(
@@ -27,7 +27,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     let malformed = |error: csv::Error| malformed(path, &error);
     let header = reader.headers().map_err(malformed)?;
     if !header.is_empty() && header.iter().all(|cell| number(cell).is_some()) {
-        return Err(unreadable(path, "its first row holds numbers", "Put a row of names above it: time, position, …"));
+        return Err(unreadable(path, "its first row has numbers", "Insert a row of names above it: time, position, …"));
     }
     let mut columns: Vec<Column> = header.iter().map(name_and_unit).collect();
     let mut lines = Vec::new();
@@ -40,7 +40,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
             }
             continue;
         }
-        // The reader stands behind the row, or behind its line end. (A row's own position lies before blank lines.)
+        // The reader is after the row, or after its line end. (A row's own position is before blank lines.)
         let (end, line) = (reader.position().byte() as usize, reader.position().line());
         lines.push(if text.as_bytes()[end - 1] == b'\n' { line - 1 } else { line });
         for (column, cell) in columns.iter_mut().zip(&row) {
@@ -57,7 +57,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     Ok(Recording { path: path.to_owned(), columns, lines })
 }
 
-/// UTF-8, UTF-16 with its mark, or Latin-1, which has µ and ° where Windows has them; none for what is no text.
+/// UTF-8, UTF-16 with its mark, or Latin-1, which has µ and ° as Windows has; `None` for other bytes.
 fn decode(bytes: &[u8]) -> Option<Cow<'_, str>> {
     let wide = |unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
@@ -78,7 +78,7 @@ fn decode(bytes: &[u8]) -> Option<Cow<'_, str>> {
 /// A finite number, with a decimal point or, if it has none, one decimal comma.
 fn number(cell: &str) -> Option<f64> {
     let parsed = match cell.split_once(',') {
-        Some((whole, rest)) if !cell.contains('.') => format!("{whole}.{rest}").parse(),
+        Some((whole, fraction)) if !cell.contains('.') => format!("{whole}.{fraction}").parse(),
         _ => cell.parse(),
     };
     parsed.ok().filter(|v: &f64| v.is_finite())
@@ -95,7 +95,7 @@ fn name_and_unit(text: &str) -> Column {
     Column::new(name, Vec::new()).with_unit(unit)
 }
 
-/// Whether a row below the header holds units: no number in it, and at least one unit.
+/// Whether a row below the header has units: no number in it, and at least one unit.
 fn is_units(row: &csv::StringRecord) -> bool {
     // A share's unit, 1, is a number as well.
     let unit = |cell: &str| number(cell).is_none() && measure(cell).is_some();

@@ -1,48 +1,48 @@
-//! Time stamps: are they even, and if not, how to make them so.
+//! Time stamps: check for an even grid, and resampling.
 
 use super::Recording;
 use crate::RecordingError;
 use stickslip_base::Error;
 
-/// How evenly a time column is spaced.
+/// Spacing of a time column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spacing {
     /// Mean step [s].
     pub period: f64,
-    /// Largest departure of a time stamp from the even grid, as a share of the period.
+    /// Largest deviation of a time stamp from the even grid, as a share of the period.
     pub jitter: f64,
     /// Largest step, in median steps.
     pub largest: f64,
 }
 
-/// A time stamp may be off by this share of the period; differences of noisy time are noise in speed.
+/// Largest deviation of a time stamp as a share of the period; differences of noisy time are noise in speed.
 const JITTER_LIMIT: f64 = 0.05;
-/// A longer step, in median steps, is a loss where every sample counts …
+/// A longer step, in median steps, is a gap if samples are not interpolated …
 const GAP: f64 = 1.5;
-/// … and where samples are interpolated: three lost ones of a curve that bends are invented, not interpolated.
+/// … and if samples are interpolated: more than two lost samples of a bent curve cannot be interpolated.
 const GAP_TO_RESAMPLE: f64 = 4.0;
 
 impl Recording {
     /// Checks that time stamps [s] lie on an even grid.
     ///
     /// # Errors
-    /// Fewer than two rows, a step backwards or of nothing, a gap, or jitter beyond 5 % of the period.
+    /// Fewer than two rows, a step that is not positive, a gap, or jitter beyond 5 % of the period.
     pub fn spacing(&self, time: &[f64]) -> Result<Spacing, Error> {
         let spacing = self.advance(time, GAP)?;
         if spacing.jitter > JITTER_LIMIT {
             let departure = |row: &usize| (time[*row] - time[0] - *row as f64 * spacing.period).abs();
             let worst = (1..time.len()).max_by(|a, b| departure(a).total_cmp(&departure(b))).unwrap_or(1);
-            let remedy = "Write `resample = true` into the machine file: the samples are then interpolated on an even \
-                          grid, which costs some of the highest frequencies.";
+            let remedy = "Write `resample = true` in the machine file: the samples are then interpolated on an even \
+            grid, which attenuates the highest frequencies.";
             return Err(self.uneven(time, worst, "jitter", spacing.period, remedy));
         }
         Ok(spacing)
     }
 
-    /// Checks time stamps [s] of which only the order counts, since samples will be interpolated.
+    /// Checks time stamps [s] for interpolation, for which only the order matters.
     ///
     /// # Errors
-    /// Fewer than two rows, a step backwards or of nothing, or a gap of four steps.
+    /// Fewer than two rows, a step that is not positive, or a gap of four steps.
     pub fn order(&self, time: &[f64]) -> Result<Spacing, Error> {
         self.advance(time, GAP_TO_RESAMPLE)
     }
@@ -54,7 +54,7 @@ impl Recording {
             return Err(Error::TooFew { what: "rows in the recording", found: time.len(), needed: 2, remedy });
         }
         let period = (time[last] - time[0]) / last as f64;
-        // The median step: a gap widens the mean, and would hide behind it.
+        // The median step: a gap increases the mean, and would not be detected.
         let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
         let median = *steps.select_nth_unstable_by(last / 2, f64::total_cmp).1;
         let mut largest = 0.0f64;
@@ -66,7 +66,7 @@ impl Recording {
             }
             if step > gap * median {
                 let remedy = "Cut the recording there, or record without losses; if time stamps only jitter, write \
-                              `resample = true` into the machine file.";
+                `resample = true` in the machine file.";
                 return Err(self.uneven(time, row, "a gap", period, remedy));
             }
             largest = largest.max(step / median);
@@ -82,12 +82,12 @@ impl Recording {
 }
 
 /// Values at `time[0] + k·period`, as many as fit, by cubic Hermite pieces: through each sample, with the slope of the
-/// parabola through it and its neighbours. Exact for parabolas; between steps of noise it adds nothing sharper.
+/// parabola through it and its neighbours. Exact for parabolas; it does not amplify noise.
 ///
 /// # Panics
 /// If the lengths differ or there are fewer than three samples; `time` must rise.
 pub fn resample(time: &[f64], values: &[f64], period: f64) -> Vec<f64> {
-    assert!(time.len() == values.len() && time.len() >= 3, "one value a time, three of them at least");
+    assert!(time.len() == values.len() && time.len() >= 3, "one value per time, at least three");
     let last = time.len() - 1;
     let secant = |i: usize| (values[i + 1] - values[i]) / (time[i + 1] - time[i]);
     let slope = |i: usize| {
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_parabola_is_resampled_exactly_whatever_the_jitter() {
+    fn a_parabola_is_resampled_exactly_for_any_jitter() {
         let time: Vec<f64> = (0..200).map(|i| 5e-3 * (f64::from(i) + 0.4 * libm::sin(f64::from(i * i)))).collect();
         let curve = |t: f64| 3.0 - 2.0 * t + 7.0 * t * t;
         let even = resample(&time, &time.iter().map(|t| curve(*t)).collect::<Vec<_>>(), 5e-3);
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn even_samples_stay_what_they_are() {
+    fn even_samples_stay_unchanged() {
         let time: Vec<f64> = (0..50).map(|i| f64::from(i) * 1e-3).collect();
         let values: Vec<f64> = (0..50).map(|i| f64::from(i * 7 % 11)).collect();
         let same = resample(&time, &values, 1e-3);

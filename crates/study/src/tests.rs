@@ -173,7 +173,7 @@ fn a_failed_case_has_a_reason_and_the_others_go_on() {
 #[test]
 fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
     let message = refused("manoevres = [\"creep\"]\n[[axis]]\nvalue = [1]\n[design]\nsample = 3\n");
-    assert!(message.contains("manoevres is not known") && message.contains("study.toml:1). Did you mean manoeuvres?"));
+    assert!(message.contains("unknown parameter manoevres") && message.contains("study.toml:1). Did you mean manoeuvres?"));
     assert!(message.contains("study.toml:3). Did you mean axis.values?"), "{message}");
     assert!(message.contains("study.toml:5). Did you mean design.samples?"), "{message}");
     let axis = |axis: &str| refused(&format!("manoeuvres = [\"creep\"]\n\n[[axis]]\n{axis}\n"));
@@ -424,7 +424,7 @@ fn a_fit_that_cannot_be_drawn_from_is_refused_before_anything_runs() {
         (("kind = \"normal\"\nsamples = 6\nseed = 3\n", ""), "a fit requires a normal design"),
         (("kind = \"normal\"", "kind = \"sobol\""), "the design has no seed"),
         (("file = ", "files = "), "Did you mean fit.file?"),
-        (("[[fit]]\n", "[[fit]]\npath = \"plant.drive\"\n"), "plant.drive.breakaway_torque is not known"),
+        (("[[fit]]\n", "[[fit]]\npath = \"plant.drive\"\n"), "unknown parameter plant.drive.breakaway_torque"),
         (("[[fit]]\n", "[[fit]]\npath = []\n"), "missing path"),
         (("fit.toml", "fitted.toml"), "cannot read it"),
         (
@@ -598,7 +598,7 @@ fn a_study_of_a_program_has_its_machine_and_no_lines() {
     assert_eq!(plan.grid().unwrap()[1].len(), 7);
     assert_eq!(sampled("kind = \"sobol\"\nsamples = 12").grid(), None);
     let message = read_text("manoevres = [\"creep\"]\n", None).unwrap_err().to_string();
-    assert!(message.contains("manoevres is not known (study). Did you mean manoeuvres?"), "{message}");
+    assert!(message.contains("unknown parameter manoevres (study). Did you mean manoeuvres?"), "{message}");
     let message = read_text("manoeuvres = [\"creep\"]\nseeds = 0\n", None).unwrap_err().to_string();
     assert!(message.starts_with("study: seeds = 0"), "{message}");
 }

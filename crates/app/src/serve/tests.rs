@@ -329,7 +329,7 @@ fn an_invalid_stream_of_every_cycle_is_refused_with_the_valid_choices() {
         (json!(["angel"]), "Did you mean angle?"),
         (json!(many), "At most 64"),
         (json!(["angle", "state", "angle"]), "angle twice"),
-        (json!([]), "Choose one at least"),
+        (json!([]), "Choose at least one"),
         (json!("angle"), "invalid call"),
         (json!([1]), "invalid call"),
     ] {

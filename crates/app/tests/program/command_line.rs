@@ -62,7 +62,7 @@ fn all_errors_of_all_files_are_on_stderr() {
     );
     assert_eq!(
         name,
-        "error: plant.drive.load_inertai is not known (wrong.toml:3). Did you mean plant.drive.load_inertia?"
+        "error: unknown parameter plant.drive.load_inertai (wrong.toml:3). Did you mean plant.drive.load_inertia?"
     );
     assert!(absent.starts_with("error: absent.toml: cannot read it"), "{absent}");
 }
@@ -107,7 +107,7 @@ fn a_parameter_is_described_and_a_wrong_name_gets_the_right_one() {
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(
         stderr(&output),
-        "error: plant.drive.motor_intertia is no parameter. Did you mean plant.drive.motor_inertia?\n"
+        "error: unknown parameter plant.drive.motor_intertia. Did you mean plant.drive.motor_inertia?\n"
     );
 }
 
@@ -123,7 +123,7 @@ fn an_invalid_command_line_has_exit_code_2() {
     let output = stickslip(&["params", "check", "clm-bensh"], folder.path());
     assert_eq!(output.status.code(), Some(1));
     assert!(
-        stderr(&output).starts_with("error: clm-bensh is no preset. Did you mean clm-bench?"),
+        stderr(&output).starts_with("error: unknown preset clm-bensh. Did you mean clm-bench?"),
         "{}",
         stderr(&output)
     );

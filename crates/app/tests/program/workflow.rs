@@ -148,14 +148,14 @@ fn invalid_input_is_refused_with_a_remedy() {
     std::fs::write(folder.path().join("taken"), "").unwrap();
     std::fs::write(folder.path().join("few.csv"), "velocity,torque\n1,2\n2,3\n").unwrap();
     for (code, arguments, message) in [
-        (1, "measure friction --preset clm-bensh", "clm-bensh is no preset. Did you mean clm-bench?"),
+        (1, "measure friction --preset clm-bensh", "unknown preset clm-bensh. Did you mean clm-bench?"),
         (1, "measure friction --set plan.speeds=1", "speeds = 1 is outside 2 … 200"),
-        (1, "measure friction --set plan.sped=1", "sped is no parameter. Did you mean speeds?"),
+        (1, "measure friction --set plan.sped=1", "unknown parameter sped. Did you mean speeds?"),
         (1, "measure friction --set plant.drive.motor_intertia=1", "Did you mean plant.drive.motor_inertia?"),
         (2, "measure friction --set plan.speeds", "write it as PATH=VALUE"),
         (2, "measure", "Usage: stickslip measure"),
         (1, "fit taken/nothing", "cannot read it"),
-        (1, "fit few.csv", "are needed"),
+        (1, "fit few.csv", "required"),
         (1, "design --from absent.toml", "absent.toml: cannot read it"),
         (1, "design --from clm-bench --point 1=-2", "Friction brakes"),
         (2, "design --from clm-bench --point 1", "write it as SPEED=TORQUE"),

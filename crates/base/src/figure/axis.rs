@@ -9,18 +9,18 @@ use crate::quantity;
 /// Size of the labels [px].
 pub(super) const LABEL: f64 = 11.5;
 
-/// Up to here [rad/s] a stretched axis is nearly linear: below lies the Stribeck drop.
+/// A stretched axis is nearly linear up to this value [rad/s]; the Stribeck drop is below it.
 const LINEAR_PART: f64 = 2.0;
 
-/// Values closer than this count as one: no label could tell them apart.
+/// Values closer than this are equal: their labels would not differ.
 const LEAST_SPAN: f64 = 1e-9;
 
-/// What an axis shows and how.
+/// Quantity, unit and scale of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Axis {
-    /// What it shows.
+    /// The quantity.
     pub(crate) quantity: String,
-    /// As in a field.
+    /// Unit, as in a field.
     pub(crate) unit: String,
     /// asinh(x/2) instead of x.
     #[serde(default)]
@@ -28,7 +28,7 @@ pub struct Axis {
     /// ln x instead of x.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     logarithmic: bool,
-    /// Chosen, not by the data.
+    /// Fixed range instead of that of the data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range: Option<(f64, f64)>,
 }
@@ -61,7 +61,7 @@ impl Axis {
         Self { stretched: false, logarithmic: true, ..self }
     }
 
-    /// From `low` to `high`, whatever the data; ignored unless `low < high`, both finite.
+    /// Fixed range from `low` to `high`; ignored unless `low < high`, both finite.
     pub fn range(self, low: f64, high: f64) -> Self {
         Self { range: Some((low, high)).filter(sensible), ..self }
     }
@@ -78,11 +78,11 @@ impl Axis {
         quantity::unit(&self.unit)
     }
 
-    /// The scale over these values, from pixel `start` to pixel `end`, with 5 % air unless the range is given.
+    /// The scale over these values, from pixel `start` to pixel `end`, with a margin of 5 % unless the range is fixed.
     pub(super) fn scale(&self, values: impl Iterator<Item = f64>, start: f64, end: f64) -> Scale {
         let shape = self.shape();
-        let chosen = self.range.filter(sensible).map(|(low, high)| (shape.place(low), shape.place(high)));
-        let (low, high) = match chosen.filter(sensible) {
+        let fixed = self.range.filter(sensible).map(|(low, high)| (shape.place(low), shape.place(high)));
+        let (low, high) = match fixed.filter(sensible) {
             Some(ends) => ends,
             None => {
                 let places = values.map(|value| shape.place(value)).filter(|place| place.is_finite());
@@ -90,7 +90,7 @@ impl Axis {
                     .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| (low.min(place), high.max(place)));
                 match high - low {
                     span if span > LEAST_SPAN => (low - 0.05 * span, high + 0.05 * span),
-                    // One value, or none: something around it.
+                    // For one value or none, a range around it.
                     span if span >= 0.0 => {
                         (low - 0.5 * low.abs().max(LEAST_SPAN), high + 0.5 * high.abs().max(LEAST_SPAN))
                     }
@@ -110,7 +110,7 @@ impl Axis {
     }
 }
 
-/// What of a value lies evenly along an axis.
+/// The function of a value that is linear along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     Linear,
@@ -119,7 +119,7 @@ enum Shape {
 }
 
 impl Shape {
-    /// Not finite for a value that has no place.
+    /// Not finite for a value outside the domain.
     fn place(self, value: f64) -> f64 {
         match self {
             Shape::Linear => value,
@@ -152,7 +152,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// Where a value lies [px].
+    /// Position of a value [px].
     pub(super) fn place(&self, value: f64) -> f64 {
         self.start + (self.shape.place(value) - self.low) / (self.high - self.low) * (self.end - self.start)
     }
@@ -162,19 +162,19 @@ impl Scale {
         (self.shape.value(self.low), self.shape.value(self.high))
     }
 
-    /// Whether a value lies between the ends.
+    /// Whether a value is between the ends.
     pub(super) fn holds(&self, value: f64) -> bool {
         let (low, high) = self.ends();
         low <= value && value <= high
     }
 
-    /// The most [`ticks`](Self::ticks) whose labels do not run into each other side by side.
+    /// The largest number of [`ticks`](Self::ticks) whose labels do not overlap side by side.
     pub(super) fn columns(&self) -> Vec<Tick> {
         let clear = |pair: &[Tick]| {
             let half_widths: f64 = pair.iter().map(|tick| 0.5 * text_width(&tick.label, LABEL)).sum();
             self.place(pair[1].value) - self.place(pair[0].value) >= half_widths + 0.5 * LABEL
         };
-        // At 240 px there are three of them, which have room whatever they say.
+        // At 240 px there are three labels, which always have room.
         let mut denser_first = (5..=48).map(|gap| self.ticks(5.0 * f64::from(gap)));
         denser_first.find(|ticks| ticks.windows(2).all(clear)).unwrap_or_default()
     }
@@ -188,12 +188,12 @@ impl Scale {
         }
     }
 
-    /// At 1, 2, 5 of each decade where there is room, else at every decade, or every so many.
+    /// At 1, 2, 5 of each decade where there is room, else at every decade, or at every n-th decade.
     fn logarithmic_ticks(&self, gap: f64) -> Vec<Tick> {
         let (low, high) = self.ends();
         let decade = (self.end - self.start).abs() / (self.high - self.low) * core::f64::consts::LN_10;
         let every = if libm::log10(2.0) * decade >= gap { 0 } else { (gap / decade).ceil().max(1.0) as i32 };
-        // What the eye reads as the end of an axis may lie a rounding beyond it.
+        // A tick at the end of an axis may be outside it by a rounding error.
         let within = |value: f64| low * (1.0 - 1e-9) <= value && value <= high * (1.0 + 1e-9);
         steps(low)
             .take_while(|&(_, value)| value <= high * (1.0 + 1e-9))
@@ -213,7 +213,7 @@ impl Scale {
         let within = |step: f64| (self.low / step).ceil() as i64..=(self.high / step).floor() as i64;
         let (power, step) = steps((self.high - self.low) / 10.0)
             .find(|&(_, step)| step * pixels >= gap && within(step).count() <= 9)
-            .expect("one of ever larger steps has few enough ticks");
+            .expect("a large enough step has few enough ticks");
         let decimals = (-power).max(0).unsigned_abs() as usize;
         within(step)
             .map(|index| {
@@ -251,7 +251,7 @@ impl Scale {
     }
 }
 
-/// 1, 2, 5 times powers of ten, from `least` up, with the power of ten.
+/// 1, 2, 5 times powers of ten, from `least` up, with the exponent.
 fn steps(least: f64) -> impl Iterator<Item = (i32, f64)> {
     let power = libm::log10(least).floor() as i32;
     let step =
@@ -321,7 +321,7 @@ mod tests {
             labels(&axis, 1e-6, 1e6, 332.0, 50.0),
             ["0.000001", "0.0001", "0.01", "1", "100", "10\u{202f}000", "1\u{202f}000\u{202f}000"]
         );
-        // Values without a logarithm have no place, and do not spoil that of others; a range that has none is not taken.
+        // Values without a logarithm are not drawn and do not affect others; a range without a logarithm is ignored.
         let scale = axis.clone().range(-1.0, 1.0).scale([0.0, -3.0, 1.0, 100.0].into_iter(), 0.0, 110.0);
         assert!((scale.place(10.0) - 55.0).abs() < 1e-9 && !scale.place(0.0).is_finite());
     }
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn data_has_5_percent_air_and_odd_data_still_gives_a_scale() {
+    fn data_has_a_margin_of_5_percent_and_odd_data_gives_a_scale() {
         let axis = Axis::new("torque", "N m");
         let (low, high) = axis.scale([0.0, 10.0].into_iter(), 0.0, 100.0).ends();
         assert_eq!((low, high), (-0.5, 10.5));
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_that_makes_no_sense_is_ignored() {
+    fn an_invalid_range_is_ignored() {
         for (low, high) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
             let scale = Axis::new("torque", "N m").range(low, high).scale([0.0, 10.0].into_iter(), 0.0, 100.0);
             assert_eq!(scale.ends(), (-0.5, 10.5));

@@ -32,7 +32,7 @@ pub(super) fn svg(figure: &Figure) -> String {
         draw_interval(&mut text, interval, &layout);
     }
     draw_axes(&mut text, figure, &layout);
-    // A window of its own clips what lies beyond a given range.
+    // A separate window clips values outside a fixed range.
     let (plot_width, plot_height) = (RIGHT - LEFT, bottom - top);
     put!(
         text,
@@ -78,7 +78,7 @@ fn draw_interval(text: &mut String, interval: &Interval, Layout { x, top, bottom
 
 /// The name of an interval, with a rim that keeps the grid off.
 fn name_interval(text: &mut String, interval: &Interval, Layout { x, bottom, .. }: &Layout) {
-    // At the foot, where a friction curve leaves room on the side of positive speed.
+    // At the bottom, where a friction curve leaves room on the side of positive speed.
     put!(
         text,
         "<text class=\"{} rim\" fill=\"{}\" stroke=\"{}\" stroke-width=\"4\" paint-order=\"stroke\" x=\"{}\" y=\"{}\" \
@@ -203,7 +203,7 @@ fn polyline(places: &[[f64; 2]]) -> String {
     if pairs.is_empty() { String::new() } else { format!("M{}", pairs.join(" ")) }
 }
 
-/// What a reader who does not see it should know.
+/// Description for readers who do not see the figure.
 fn summary(figure: &Figure, x: &Scale, y: &Scale) -> String {
     let axis = |axis: &Axis, scale: &Scale| {
         let (low, high) = scale.ends();
@@ -239,7 +239,7 @@ pub(super) fn short(value: f64) -> String {
     crate::quantity::number(value, (2 - exponent).clamp(0, 9).unsigned_abs() as usize)
 }
 
-/// A place [px], always with one decimal, so that equal figures are equal files.
+/// A position [px] with one decimal, so that equal figures are equal files.
 pub(super) fn pixel(value: f64) -> String {
     // Adding zero takes the sign off a negative zero.
     format!("{:.1}", (value * 10.0).round() / 10.0 + 0.0)

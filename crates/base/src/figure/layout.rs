@@ -1,4 +1,4 @@
-//! Where everything of a figure lies, and which of its values can be told apart there.
+//! Positions of all parts of a figure, and the values that are distinct at its resolution.
 
 use super::axis::Scale;
 use super::series::{Data, Series, can_be_shown};
@@ -9,7 +9,7 @@ pub(super) const LEFT: f64 = 72.0;
 pub(super) const RIGHT: f64 = WIDTH - 16.0;
 /// A line of the title or the legend.
 pub(super) const LINE: f64 = 24.0;
-/// Title and legend stand above the plot, in one line where they fit.
+/// Title and legend are above the plot, in one line where they fit.
 const TOP: f64 = 52.0;
 const PLOT: f64 = 332.0;
 const FOOT: f64 = 56.0;
@@ -23,7 +23,7 @@ pub(super) struct Layout {
     pub(super) height: f64,
     /// Entries of each line of the legend.
     pub(super) legend: Vec<Vec<usize>>,
-    /// Line of the letters of the first of them [px].
+    /// Baseline of the first line [px].
     pub(super) legend_line: f64,
 }
 
@@ -47,13 +47,14 @@ impl Layout {
         [self.x.place(x), self.y.place(y)]
     }
 
-    /// Whether both axes have a place for a row, whose first number is that of the x-axis.
+    /// Whether both axes have a position for a row, whose first number is that of the x-axis.
     fn holds(&self, row: &[f64]) -> bool {
         let has_place = |&y: &f64| self.y.place(y).is_finite();
         can_be_shown(row) && self.x.place(row[0]).is_finite() && row[1..].iter().all(has_place)
     }
 
-    /// The rows of a series that are drawn, in unbroken pieces: what cannot be shown or seen is left out.
+    /// The rows of a series that are drawn, in continuous pieces; rows that cannot be drawn or are not visible are
+    /// omitted.
     pub(super) fn pieces<'a>(&self, series: &'a Series) -> Vec<Vec<&'a [f64]>> {
         let thinned = |rows: Vec<&'a [f64]>, thin: &dyn Fn(&[[f64; 2]]) -> Vec<usize>| {
             let places: Vec<_> = rows.iter().map(|row| self.place([row[0], row[1]])).collect();
@@ -71,15 +72,15 @@ impl Layout {
             Data::Line(pairs) => unbroken(self, pairs).map(|piece| thinned(piece, &thin::line)).collect(),
             Data::Band(edges) => unbroken(self, edges)
                 .map(|piece| {
-                    // A row that either edge needs.
-                    let [mut kept, upper] = [1, 2].map(|column| {
+                    // Rows that either edge requires.
+                    let [mut indices, upper] = [1, 2].map(|column| {
                         let places: Vec<_> = piece.iter().map(|row| self.place([row[0], row[column]])).collect();
                         thin::line(&places)
                     });
-                    kept.extend(upper);
-                    kept.sort_unstable();
-                    kept.dedup();
-                    kept.into_iter().map(|index| piece[index]).collect()
+                    indices.extend(upper);
+                    indices.sort_unstable();
+                    indices.dedup();
+                    indices.into_iter().map(|index| piece[index]).collect()
                 })
                 .collect(),
         };

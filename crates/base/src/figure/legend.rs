@@ -1,4 +1,4 @@
-//! The legend: mark and name of each series, in as few lines as there must be.
+//! The legend: mark and name of each series, in as few lines as possible.
 
 use std::fmt::Write as _;
 
@@ -30,7 +30,7 @@ fn draw_entry(text: &mut String, entry: &Series, left: f64, line: f64) {
     let middle = line - 4.0;
     match entry.data {
         Data::Points(_) => {
-            // Large dots would run into each other.
+            // Large dots would overlap.
             let step = if entry.dot() > 4.0 { 2 } else { 1 };
             let wave = [[2.0, 2.0], [7.0, -2.5], [12.0, 1.5], [17.0, -2.0], [22.0, 1.0]];
             let wave = wave.into_iter().step_by(step).map(|[across, down]| [left + across, middle + down]);
@@ -54,7 +54,7 @@ fn draw_entry(text: &mut String, entry: &Series, left: f64, line: f64) {
     put!(text, "<text {} x=\"{}\" y=\"{line}\">{}</text>", fill(TEXT_2), pixel(left + MARK), symbol::svg(&entry.name));
 }
 
-/// Which entries stand in which line of this width [px]; a line holds at least one.
+/// The entries of each line of this width [px]; a line has at least one.
 pub(super) fn lines(series: &[Series], width: f64) -> Vec<Vec<usize>> {
     let mut lines: Vec<Vec<usize>> = Vec::new();
     let mut left = 0.0;
@@ -77,7 +77,7 @@ fn entry_width(entry: &Series) -> f64 {
     MARK + text_width(&entry.name, 12.0) + GAP
 }
 
-/// About how wide a text is [px]: the font is known only where it is shown.
+/// About how wide a text is [px]: the font depends on the viewer.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     let wide = |letter: char| match letter {
         'i' | 'j' | 'l' | 'f' | 't' | 'r' | ' ' | '.' | ',' | '\'' | '(' | ')' => 0.34,

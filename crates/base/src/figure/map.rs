@@ -21,13 +21,13 @@ const DEPTH: [f64; 2] = [0.04, 0.6];
 /// Size of digits and labels [px].
 const DIGITS: f64 = 11.5;
 
-/// Numbers over two axes; cells are evenly wide whatever lies between their values.
+/// Numbers over two axes; all cells have the same width, independent of the distance of their values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Map {
     title: String,
     x: Axis,
     y: Axis,
-    /// What the numbers are.
+    /// Quantity of the numbers.
     value: Axis,
     columns: Vec<f64>,
     rows: Vec<f64>,
@@ -51,11 +51,11 @@ impl Map {
         *self.values.get(row * self.columns.len() + column)?
     }
 
-    /// Smallest and largest number; none where there is none.
+    /// Smallest and largest number; `None` without numbers.
     fn ends(&self) -> Option<[f64; 2]> {
-        let known = || self.values.iter().flatten().copied();
-        known().next()?;
-        Some([known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max)])
+        let numbers = || self.values.iter().flatten().copied();
+        numbers().next()?;
+        Some([numbers().fold(f64::INFINITY, f64::min), numbers().fold(f64::NEG_INFINITY, f64::max)])
     }
 
     /// Depth of the colour of a number.
@@ -102,10 +102,10 @@ impl Map {
                         self.depth(value)
                     );
                 }
-                let written = value.map_or_else(|| "–".into(), short);
-                if legend::text_width(&written, DIGITS) < width - 4.0 {
+                let label = value.map_or_else(|| "–".into(), short);
+                if legend::text_width(&label, DIGITS) < width - 4.0 {
                     let place = [pixel(left + 0.5 * width), pixel(top + 0.5 * cell + 4.0)];
-                    put!(digits, "<text x=\"{}\" y=\"{}\">{written}</text>", place[0], place[1]);
+                    put!(digits, "<text x=\"{}\" y=\"{}\">{label}</text>", place[0], place[1]);
                 }
             }
         }
@@ -149,7 +149,7 @@ impl Map {
         );
     }
 
-    /// What a reader who does not see it should know.
+    /// Description for readers who do not see the map.
     fn summary(&self) -> String {
         let range = |axis: &Axis, values: &[f64]| match (values.first(), values.last()) {
             (Some(first), Some(last)) => format!("{}, from {} to {}.", axis.title(), short(*first), short(*last)),
@@ -169,7 +169,7 @@ impl Map {
         [&self.x, &self.y, &self.value].map(Axis::title)
     }
 
-    /// The same with the units apart.
+    /// The same with the units separate.
     pub(crate) fn heads(&self) -> [[String; 2]; 3] {
         [&self.x, &self.y, &self.value].map(Axis::head)
     }
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_number_is_the_darkest_and_what_is_none_has_no_colour() {
+    fn the_largest_number_is_the_darkest_and_a_missing_one_has_no_colour() {
         let svg = map().svg();
         assert_eq!(svg.matches("fill=\"currentColor\"").count(), 5);
         assert_eq!(
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn many_cells_have_no_digits_and_none_at_all_is_a_map_too() {
+    fn many_cells_have_no_digits_and_a_map_may_be_empty() {
         let axes = || [Axis::new("a", "1"), Axis::new("b", "1"), Axis::new("c", "1")];
         let many: Vec<f64> = (0..100).map(f64::from).collect();
         let svg = Map::new("Many", axes(), [many.clone(), vec![1.0]], many.iter().copied().map(Some).collect()).svg();

@@ -1,6 +1,6 @@
 //! Figures as plain SVG: points, error bars, lines and bands over two axes.
 //!
-//! A figure is one text without dependencies, equal for equal data on every machine (fixed decimals), light by itself
+//! A figure is one text without dependencies, equal for equal data on every machine (fixed decimals), light by default
 //! and dark on a page that sets the colours of its classes, as [`report`](crate::report) does. Its title and a summary
 //! in words are part of it.
 //!
@@ -16,7 +16,7 @@
 //! assert!(figure.svg().starts_with("<svg "));
 //! ```
 
-/// Writes into the text; a `String` takes everything.
+/// Writes into the text; writing to a `String` cannot fail.
 macro_rules! put {
     ($text:expr, $($part:tt)*) => { writeln!($text, $($part)*).expect("a String takes everything") };
 }
@@ -45,23 +45,23 @@ pub use theme::Role;
 /// A plot. Points are drawn first, then bands, then lines, so that no cloud hides a curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Figure {
-    /// What it is called.
+    /// The title.
     pub(crate) title: String,
     /// To the right.
     pub(crate) x: Axis,
     /// Upwards.
     pub(crate) y: Axis,
-    /// What is drawn.
+    /// The series.
     pub(crate) series: Vec<Series>,
-    /// Parts of the horizontal axis that have a name.
+    /// Named parts of the horizontal axis.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     intervals: Vec<Interval>,
 }
 
-/// A part of the horizontal axis with a name.
+/// A named part of the horizontal axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 struct Interval {
-    /// Its begin.
+    /// Its start.
     from: f64,
     /// Its end.
     to: f64,
@@ -92,7 +92,8 @@ impl Figure {
         self
     }
 
-    /// Marks a part of the horizontal axis, in its unit: the fade-out around standstill, the time of a fault.
+    /// Marks a part of the horizontal axis, in the unit of the axis: the fade-out around standstill, the time of a
+    /// fault.
     pub fn interval(mut self, from: f64, to: f64, name: impl Into<String>) -> Self {
         self.intervals.push(Interval { from: from.min(to), to: from.max(to), name: name.into() });
         self
@@ -103,7 +104,7 @@ impl Figure {
         Self { series: Vec::new(), ..self.clone() }
     }
 
-    /// What it is called.
+    /// The title.
     pub fn title(&self) -> &str {
         &self.title
     }

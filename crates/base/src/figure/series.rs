@@ -1,24 +1,24 @@
-//! What is drawn: points, points with their uncertainty, a line, a band.
+//! Series of a figure: points, points with their uncertainty, a line, a band.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::theme::Role;
 
-/// Beyond this a number is no value of a bench, whatever its unit.
+/// Larger numbers are invalid in any unit.
 const LARGEST: f64 = 1e15;
 
-/// Values with a role and a name. What is not finite or absurd (beyond 1e15) is left out; a line has a gap there.
+/// Values with a role and a name. Values that are not finite or beyond 1e15 are omitted; a line has a gap there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Series {
-    /// What it means.
+    /// The role.
     pub(crate) role: Role,
-    /// As in a legend.
+    /// Name in the legend.
     pub(crate) name: String,
-    /// A line that is dashed, whatever its role.
+    /// A dashed line, for any role.
     #[serde(default, skip_serializing_if = "is_false")]
     dashed: bool,
-    /// Points that are larger.
+    /// Larger points.
     #[serde(default, skip_serializing_if = "is_false")]
     large: bool,
     /// Its values.
@@ -76,12 +76,12 @@ impl Series {
         Self::new(role, name, Data::Band(values.into_iter().map(<[f64; 3]>::from).collect()))
     }
 
-    /// The same line dashed, whatever its role.
+    /// The same line, dashed.
     pub fn dashed(self) -> Self {
         Self { dashed: true, ..self }
     }
 
-    /// The same points larger: few, and each of them counts.
+    /// The same points, larger: for few points.
     pub fn large(self) -> Self {
         Self { large: true, ..self }
     }
@@ -90,7 +90,7 @@ impl Series {
         Self { role, name: name.into(), dashed: false, large: false, data }
     }
 
-    /// The same values in another role and under another name.
+    /// The same values with another role and name.
     pub(crate) fn renamed(self, role: Role, name: String) -> Self {
         Self { role, name, ..self }
     }
@@ -109,7 +109,7 @@ impl Series {
         }
     }
 
-    /// What it is, in a word.
+    /// The kind of data, in words.
     pub(super) fn kind(&self) -> &'static str {
         match self.data {
             Data::Points(_) => "points",
@@ -119,7 +119,7 @@ impl Series {
         }
     }
 
-    /// The values that can be shown: x and each y, the ends of an interval included.
+    /// The values that can be drawn: x and each y, with the ends of an interval.
     pub(super) fn values(&self) -> Vec<[f64; 2]> {
         let mut values: Vec<[f64; 2]> = match &self.data {
             Data::Points(pairs) | Data::Line(pairs) => pairs.clone(),
@@ -131,24 +131,24 @@ impl Series {
     }
 }
 
-/// Both ends of a bar; an interval that is not known has no length.
+/// Both ends of a bar; an unknown interval has length 0.
 pub(super) fn interval([x, y, half_width]: [f64; 3]) -> [[f64; 2]; 2] {
     let half_width = if (0.0..=LARGEST).contains(&half_width) { half_width } else { 0.0 };
     [[x, y - half_width], [x, y + half_width]]
 }
 
-/// Whether all numbers of a value have a place in a figure.
+/// Whether all numbers of a value can be drawn.
 pub(super) fn can_be_shown(value: &[f64]) -> bool {
     // A NaN is not smaller than anything.
     value.iter().all(|number| number.abs() <= LARGEST)
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
 fn is_false(flag: &bool) -> bool {
     !flag
 }
 
-/// Rows of numbers in JSON, where `null` stands for what is not finite.
+/// Rows of numbers in JSON, `null` is a number that is not finite.
 mod rows {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
@@ -161,7 +161,7 @@ mod rows {
         let rows: Vec<Vec<Option<f64>>> = Vec::deserialize(from)?;
         let row = |row: Vec<Option<f64>>| {
             let numbers: Vec<f64> = row.into_iter().map(|number| number.unwrap_or(f64::NAN)).collect();
-            let wrong = |row: Vec<f64>| D::Error::custom(format!("a row of {} numbers where {N} belong", row.len()));
+            let wrong = |row: Vec<f64>| D::Error::custom(format!("a row of {} numbers; {N} expected", row.len()));
             numbers.try_into().map_err(wrong)
         };
         rows.into_iter().map(row).collect()

@@ -1,4 +1,4 @@
-//! The values that a figure shows, as numbers: for its table, for its read-out and for CSV.
+//! The drawn values of a figure as numbers: for its table, its read-out and CSV.
 
 use serde::Serialize;
 
@@ -8,10 +8,10 @@ use super::{Figure, draw};
 
 /// Significant digits: more than a figure shows, fewer than would fill the page.
 const DIGITS: usize = 5;
-/// Points of a cloud whose values are on the page.
+/// Largest number of points of a cloud whose values are on the page.
 const CLOUD: usize = 2000;
 
-/// What is drawn of a figure: every value that can be told apart.
+/// The drawn values of a figure: all that are distinct at its resolution.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Shown {
     /// Quantity and printed unit of each axis.
@@ -26,14 +26,14 @@ pub(crate) struct ShownSeries {
     pub(crate) name: String,
     /// Class of its colour.
     pub(crate) class: &'static str,
-    /// `points`, `bars`, `line` or `band`: what the third number of a row is.
+    /// `points`, `bars`, `line` or `band`: the meaning of the numbers of a row.
     pub(crate) kind: &'static str,
-    /// Horizontal and vertical place [px], then the values.
+    /// Horizontal and vertical position [px], then the values.
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
 impl Figure {
-    /// What is drawn of it.
+    /// Its drawn values.
     pub(crate) fn shown(&self) -> Shown {
         let layout = Layout::of(self);
         let series = self.series.iter().map(|series| {
@@ -49,7 +49,7 @@ impl Figure {
                 Data::Band(_) => "band",
             };
             let drawn: Vec<&[f64]> = layout.pieces(series).into_iter().flatten().collect();
-            // Of a dense cloud every so many points tell as much; every value stands in the saved document.
+            // Of a dense cloud every n-th point is enough; the saved document has all values.
             let step = if kind == "points" { drawn.len().div_ceil(CLOUD).max(1) } else { 1 };
             let rows = drawn.into_iter().step_by(step).map(row).collect();
             ShownSeries { name: series.name.clone(), class: draw::class(series), kind, rows }
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shown_has_the_places_and_the_values_of_what_is_drawn() {
+    fn shown_values_have_the_positions_and_numbers_of_the_drawing() {
         let figure = Figure::new("Shown")
             .x(Axis::new("speed Ω", "rad/s"))
             .y(Axis::new("torque", "N m"))

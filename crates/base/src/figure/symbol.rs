@@ -1,9 +1,9 @@
 //! Symbols as they are printed: italic, the index upright and below. `M_S` becomes *M* with a small S.
 
-/// A piece of a text that looks alike.
+/// A piece of a text in one style.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Run<'a> {
-    /// As it is.
+    /// Upright text.
     Plain(&'a str),
     /// A symbol and its index, which may be empty.
     Symbol(&'a str, &'a str),
@@ -12,8 +12,8 @@ pub(crate) enum Run<'a> {
 /// Latin letters that are symbols when a word of the text names them: "viscous friction b", "time t".
 const NAMED: &str = "btMFJK";
 
-/// Splits a text. A symbol is one letter with an index (`M_S`, `Ω_Strib`, `σ₀`), a Greek letter by itself, or one of a
-/// few Latin letters behind the word that it stands for; in names like `breakaway_torque` and in units there is none.
+/// Splits a text. A symbol is one letter with an index (`M_S`, `Ω_Strib`, `σ₀`), a single Greek letter, or one of a few
+/// Latin letters after the word that it denotes; names like `breakaway_torque` and units have no symbols.
 pub(crate) fn runs(text: &str) -> Vec<Run<'_>> {
     let mut runs = Vec::new();
     let mut plain = 0;
@@ -39,7 +39,7 @@ pub(crate) fn runs(text: &str) -> Vec<Run<'_>> {
     runs
 }
 
-/// How many bytes of the rest belong to the symbol that begins with this letter; `None` if it is none.
+/// Number of bytes of the rest that belong to the symbol that begins with this letter; `None` if it is not a symbol.
 fn index_of(letter: char, rest: &str, before: &str) -> Option<usize> {
     let ends = |rest: &str| !rest.starts_with(|next: char| next.is_alphanumeric() || "_/·^".contains(next));
     if let Some(index) = rest.strip_prefix('_') {
@@ -84,7 +84,7 @@ pub(super) fn svg(text: &str) -> String {
     runs(text).iter().map(run).collect()
 }
 
-/// An index without lowered digits: the page lowers it.
+/// An index with normal digits; the page lowers it.
 fn level(index: &str) -> String {
     let digit = |letter: char| char::from_u32(letter as u32 - '₀' as u32 + '0' as u32).unwrap_or(letter);
     index.chars().map(|letter| if ('₀'..='₉').contains(&letter) { digit(letter) } else { letter }).collect()
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn units_names_of_files_and_words_are_no_symbols() {
+    fn units_names_of_files_and_words_are_not_symbols() {
         for plain in ["breakaway_torque", "15.47 N, 0.3 V", "a step of 5 mN·m·s/rad", "model_b.toml", "0.3 t", "in F/K"]
         {
             assert_eq!(html(plain), plain);
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn behind_a_lowered_index_the_line_goes_on_where_it_was() {
+    fn the_baseline_is_restored_after_an_index() {
         assert_eq!(
             svg("M_S & M_K"),
             "<tspan font-style=\"italic\">M</tspan><tspan dy=\"3\" font-size=\"75%\">S</tspan><tspan dy=\"-3\"> &amp; \

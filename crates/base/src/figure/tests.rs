@@ -114,7 +114,7 @@ fn odd_data_gives_a_figure_without_odd_numbers() {
 }
 
 #[test]
-fn a_figure_without_data_says_so() {
+fn a_figure_without_data_states_it() {
     assert!(Figure::new("Nothing").svg().contains(">no data</text>"));
     assert!(!friction("Something").series(Series::line(Role::Own, "own", curve(OWN))).svg().contains("no data"));
 }
@@ -133,11 +133,11 @@ fn a_line_breaks_at_standstill_and_no_cloud_hides_a_curve() {
 }
 
 #[test]
-fn the_summary_tells_what_the_figure_shows() {
-    let svg = friction("Told")
+fn the_summary_describes_the_figure() {
+    let svg = friction("Described")
         .interval(-0.5, 0.5, "fade-out")
         .series(Series::line(Role::Desired, "desired", [(-2.0, -0.25), (2.0, 0.25)]))
         .svg();
-    assert!(svg.contains("<title>Told</title>"));
+    assert!(svg.contains("<title>Described</title>"));
     assert!(svg.contains("desired (line): 2 values from −0.250 to 0.250 N·m. fade-out: from −0.500 to 0.500 rad/s."));
 }

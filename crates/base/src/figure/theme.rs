@@ -1,4 +1,4 @@
-//! Colours by what they mean. A figure carries the light ones; a page may set the others by the class.
+//! Colours by meaning. A figure contains the light ones; a page may set the dark ones by class.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// A colour with a meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Colour {
-    /// Class of the elements that have it.
+    /// Class of its elements.
     pub(crate) class: &'static str,
     /// On a light surface.
     pub(crate) light: &'static str,
@@ -44,23 +44,23 @@ pub(crate) const COLOURS: [Colour; 16] = [
     TRACES[1], TRACES[2],
 ];
 
-/// What a series is: it looks the same in every figure.
+/// Meaning of a series: it has the same colour in every figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
-    /// What the instruments gave.
+    /// Measured values.
     Measured,
-    /// A model fitted to it.
+    /// A model fitted to them.
     Fitted,
-    /// What shall be rendered.
+    /// The desired characteristic.
     Desired,
-    /// What the machine has by itself.
+    /// The machine's own characteristic.
     Own,
-    /// Measured while it was rendered.
+    /// Measured values while the desired characteristic is rendered.
     Rendered,
     /// Points, set points, other runs.
     Reference,
-    /// A signal with no such meaning; three colours, then they repeat.
+    /// Any other signal; three colours, which repeat.
     Trace(usize),
 }
 
@@ -77,7 +77,7 @@ impl Role {
         }
     }
 
-    /// Width of a line [px] and its dashes. They differ as the colours do, so that grey print works.
+    /// Width of a line [px] and its dashes. They differ as the colours do, for grey prints.
     pub(super) fn line(self) -> (f64, Option<&'static str>) {
         match self {
             Role::Desired => (2.6, None),

@@ -1,14 +1,14 @@
-//! Fewer values that look the same: what a pixel cannot show is left out, a spike never is.
+//! Reduction of values without visible change: values that share a pixel are omitted, spikes never.
 
 use std::collections::BTreeSet;
 
-/// Which points of a cloud [px] do not hide behind another: one for each cell of a pixel.
+/// The visible points of a cloud [px]: one for each pixel.
 pub(super) fn points(places: &[[f64; 2]]) -> Vec<usize> {
-    let mut taken = BTreeSet::new();
-    (0..places.len()).filter(|&index| taken.insert(places[index].map(|pixel| pixel.round() as i64))).collect()
+    let mut pixels = BTreeSet::new();
+    (0..places.len()).filter(|&index| pixels.insert(places[index].map(|pixel| pixel.round() as i64))).collect()
 }
 
-/// An unbroken line [px] by its envelope: of the values in one column of a pixel the first, the extremes and the last.
+/// A continuous line [px] by its envelope: the first, the extreme and the last values of each column of pixels.
 pub(super) fn line(places: &[[f64; 2]]) -> Vec<usize> {
     let mut begin = 0;
     let columns = places.chunk_by(|one, next| one[0].floor() == next[0].floor());
@@ -16,11 +16,11 @@ pub(super) fn line(places: &[[f64; 2]]) -> Vec<usize> {
         .flat_map(|column| {
             let by_height = |&one: &usize, &other: &usize| column[one][1].total_cmp(&column[other][1]);
             let extremes = [(0..column.len()).min_by(by_height), (0..column.len()).max_by(by_height)];
-            let kept: BTreeSet<usize> =
+            let indices: BTreeSet<usize> =
                 [0, column.len() - 1].into_iter().chain(extremes.into_iter().flatten()).collect();
             let first = begin;
             begin += column.len();
-            kept.into_iter().map(move |index| first + index)
+            indices.into_iter().map(move |index| first + index)
         })
         .collect()
 }

@@ -1,4 +1,4 @@
-//! Single values changed in a struct, without a text, and what is then wrong with it.
+//! Changes of single values in a struct, without a text, and the check of the result.
 
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
 
@@ -6,7 +6,7 @@ use super::entry::{Place, Value, flatten, join};
 use super::laws::broken_laws;
 use super::problem::{Fault, ParameterProblems, Problem};
 
-/// Replaces the number at `path` by what `change` makes of it; false where these parameters have no number there.
+/// Replaces the number at `path` by the result of `change`; false if these parameters have no number there.
 pub fn change<P: Fields<f64>>(parameters: &mut P, path: &str, change: impl Fn(f64) -> f64) -> bool {
     let mut walk = Change { place: Place::default(), path, change, found: false };
     parameters.contents(&mut walk);
@@ -45,10 +45,10 @@ impl<F: Fn(f64) -> f64> Walk<f64> for Change<'_, F> {
     }
 }
 
-/// Ranges of all values and the laws between them, of parameters that came from no text; `name` is for messages.
+/// Checks the ranges of all values and the laws between them, of parameters without a text; `name` is for messages.
 ///
 /// # Errors
-/// All that is wrong, at once.
+/// All problems at once.
 pub fn check<P: Fields<f64>>(parameters: &P, name: &str) -> Result<(), ParameterProblems> {
     let mut problems = Vec::new();
     for entry in flatten(parameters) {
@@ -57,7 +57,7 @@ pub fn check<P: Fields<f64>>(parameters: &P, name: &str) -> Result<(), Parameter
             problems.extend(fault.map(|fault| Problem { line: None, path: entry.path, fault }));
         }
     }
-    // A law between values of which one is wrong by itself says nothing new.
+    // A law is checked only between values within their ranges.
     if problems.is_empty() {
         let entries = flatten(parameters);
         problems.extend(broken_laws(parameters).into_iter().map(|(group, law)| {
@@ -87,19 +87,19 @@ mod tests {
         let changed: Vec<String> = diff(&before, &after).into_iter().map(|it| it.path).collect();
         assert_eq!(changed, ["model.own.kinetic_torque", "bench.observer_poles.1"]);
         assert_eq!(after.model.own.kinetic_torque, 1.3 * before.model.own.kinetic_torque);
-        for nothing in ["model.own", "model.own.kinetic", "bench.observer_poles", "bench.controller.kind", ""] {
-            assert!(!change(&mut after, nothing, |_| 0.0), "{nothing}");
+        for path in ["model.own", "model.own.kinetic", "bench.observer_poles", "bench.controller.kind", ""] {
+            assert!(!change(&mut after, path, |_| 0.0), "{path}");
         }
     }
 
     #[test]
-    fn ranges_and_laws_are_asked_of_what_came_from_no_text() {
+    fn ranges_and_laws_are_checked_without_a_text() {
         assert_eq!(check(&preset(), "case 1"), Ok(()));
         let mut wrong = preset();
         wrong.model.own.kinetic_torque = -1.0;
         let message = check(&wrong, "case 7").unwrap_err().to_string();
         assert!(message.contains("model.own.kinetic_torque") && message.contains("case 7"), "{message}");
-        // Within its range, but more than the tick bears.
+        // Within its range, but too much for the tick.
         let mut unlawful = preset();
         unlawful.plant.tick_jitter = 40e-6;
         let message = check(&unlawful, "case 8").unwrap_err().to_string();

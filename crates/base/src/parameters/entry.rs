@@ -7,7 +7,7 @@ use stickslip_core::fields::{Field, Fields, Kind, Shape, Variant, Walk};
 
 use super::number;
 
-/// One value and what is known of it.
+/// One value with its path and field.
 #[derive(Clone, Debug)]
 pub struct Entry {
     /// Names from the outside in, joined by dots; elements of a list are numbered from 0.
@@ -18,7 +18,7 @@ pub struct Entry {
     pub value: Value,
 }
 
-/// A number, or the variant chosen.
+/// A number, or the name of a variant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
     /// In the field's unit; 0 or 1 for a flag.
@@ -45,7 +45,7 @@ pub fn flatten<P: Fields<f64>>(parameters: &P) -> Vec<Entry> {
     flatten.entries
 }
 
-/// A value that is not the same in two structs; `None` where a variant has no such field.
+/// A value that differs between two structs; `None` where a variant has no such field.
 #[derive(Clone, Debug)]
 pub struct Difference {
     /// As [`Entry::path`].
@@ -56,12 +56,12 @@ pub struct Difference {
     pub after: Option<Entry>,
 }
 
-/// What differs, in the order of the first, then what only the second has. Numbers are compared by their bits.
+/// Differences in the order of the first, then the values that only the second has. Numbers are compared by their bits.
 pub fn diff<P: Fields<f64>>(before: &P, after: &P) -> Vec<Difference> {
     differences(flatten(before), flatten(after))
 }
 
-/// The same of values that were listed.
+/// The same for lists of values.
 pub fn differences(before: Vec<Entry>, after: Vec<Entry>) -> Vec<Difference> {
     let mut others: BTreeMap<_, _> = after.into_iter().map(|entry| (entry.path.clone(), entry)).collect();
     let mut order: Vec<_> = others.keys().cloned().collect();
@@ -84,7 +84,7 @@ fn same(a: Value, b: Value) -> bool {
     }
 }
 
-/// The whole as a field, where a choice at the very top needs one.
+/// The root as a field, for a choice at the top.
 static ROOT: Field = Field {
     name: "",
     symbol: "",
@@ -97,21 +97,21 @@ static ROOT: Field = Field {
     shape: Shape::Group(&[]),
 };
 
-/// Where a walk is: turns its events into paths.
+/// Position of a walk: converts its events to paths.
 #[derive(Default)]
 pub(super) struct Place {
     groups: Vec<(String, &'static Field)>,
     index: Vec<usize>,
-    fresh: Vec<usize>,
+    pending: Vec<usize>,
 }
 
 impl Place {
     /// The next field is this element of its list.
     pub(super) fn element(&mut self, index: usize) {
-        self.fresh.push(index);
+        self.pending.push(index);
     }
 
-    /// What follows lies within `field`.
+    /// The following fields are within `field`.
     pub(super) fn enter(&mut self, field: &'static Field) {
         let path = self.path(field);
         self.groups.push((path, field));
@@ -124,9 +124,9 @@ impl Place {
 
     /// The path of a field of the current group.
     pub(super) fn path(&mut self, field: &'static Field) -> String {
-        // In a list of lists only the inner number comes anew with each element.
-        self.index.truncate(depth(field.shape).saturating_sub(self.fresh.len()));
-        self.index.append(&mut self.fresh);
+        // In a list of lists only the inner index is repeated with each element.
+        self.index.truncate(depth(field.shape).saturating_sub(self.pending.len()));
+        self.index.append(&mut self.pending);
         self.index.iter().fold(join(self.group(), field.name), |path, index| format!("{path}.{index}"))
     }
 
@@ -145,12 +145,12 @@ pub(super) fn join(group: &str, name: &str) -> String {
     if group.is_empty() { name.into() } else { format!("{group}.{name}") }
 }
 
-/// Whether a path is a group or lies below it; everything lies below the top.
+/// Whether a path is a group or below it; all paths are below the top.
 pub fn within(path: &str, group: &str) -> bool {
     group.is_empty() || path.strip_prefix(group).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
-/// How many lists lie within each other.
+/// Depth of nested lists.
 fn depth(shape: Shape) -> usize {
     if let Shape::List(_, inner) = shape { 1 + depth(*inner) } else { 0 }
 }

@@ -1,4 +1,4 @@
-//! The laws between fields, asked all at once.
+//! Check of all laws between fields.
 
 use stickslip_core::fields::{Field, Fields, Laws, ParameterError, Relation};
 
@@ -6,20 +6,20 @@ use super::entry::join;
 
 /// Each broken law with the path of the group that states it.
 pub(super) fn broken_laws<P: Fields<f64>>(parameters: &P) -> Vec<(String, ParameterError)> {
-    let mut broken = Broken::default();
+    let mut broken = BrokenLaws::default();
     parameters.laws(&mut broken);
-    broken.found.extend(P::check(&parameters.map(&mut |value: f64| value)).err().map(|error| (String::new(), error)));
-    broken.found
+    broken.errors.extend(P::check(&parameters.map(&mut |value: f64| value)).err().map(|error| (String::new(), error)));
+    broken.errors
 }
 
 #[derive(Default)]
-struct Broken {
+struct BrokenLaws {
     /// Path of the field, and the element of its list.
     groups: Vec<(String, Option<usize>)>,
-    found: Vec<(String, ParameterError)>,
+    errors: Vec<(String, ParameterError)>,
 }
 
-impl Broken {
+impl BrokenLaws {
     fn group(&self) -> String {
         match self.groups.last() {
             None => String::new(),
@@ -29,7 +29,7 @@ impl Broken {
     }
 }
 
-impl Laws<f64> for Broken {
+impl Laws<f64> for BrokenLaws {
     fn enter(&mut self, field: &'static Field) {
         self.groups.push((join(&self.group(), field.name), None));
     }
@@ -46,7 +46,7 @@ impl Laws<f64> for Broken {
 
     fn state(&mut self, law: Relation<f64>) {
         if let Err(error) = law.check() {
-            self.found.push((self.group(), error));
+            self.errors.push((self.group(), error));
         }
     }
 }

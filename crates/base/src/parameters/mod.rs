@@ -3,9 +3,9 @@
 //! Everything follows from the tables of `stickslip_core::fields`. A path such as `plant.drive.motor_inertia` is for
 //! files, forms and the command line; in Rust use the field.
 
-/// Table of a parameter file that holds what an identification found; not parameters of the bench.
+/// Table of a parameter file with the results of an identification; not parameters of the bench.
 pub const IDENTIFIED: &str = "identified";
-/// Table of a parameter file that holds the covariance of a fit; not parameters of the bench.
+/// Table of a parameter file with the covariance of a fit; not parameters of the bench.
 pub const UNCERTAINTY: &str = "uncertainty";
 
 mod change;

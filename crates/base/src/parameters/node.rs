@@ -1,16 +1,16 @@
-//! One view of the many ways to write a table, a list or a value in TOML.
+//! A common view of all forms of tables, lists and values in TOML.
 
 use std::ops::Range;
 
 use toml_edit::{Item, TableLike, Value};
 
-/// A piece of a document with its place in the text.
+/// A part of a document with its place in the text.
 pub(super) struct Node<'a> {
     pub(super) span: Option<Range<usize>>,
     pub(super) content: Content<'a>,
 }
 
-/// What the piece is, however it is written.
+/// Content of a part, in any form.
 pub(super) enum Content<'a> {
     /// `[heading]`, `{ inline }` or dotted keys.
     Table(&'a dyn TableLike),

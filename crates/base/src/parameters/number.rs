@@ -1,4 +1,4 @@
-//! Numbers as people read them and as files hold them; both give the same bits back.
+//! Numbers in messages and in files; both read back to the same bits.
 
 use stickslip_core::fields::{Field, Kind};
 
@@ -14,13 +14,13 @@ pub fn text(value: f64) -> String {
     }
 }
 
-/// As [`text`], rounded to so many significant digits.
+/// As [`text`], rounded to a number of significant digits.
 pub fn rounded(value: f64, digits: usize) -> String {
-    // A number in scientific notation always parses; what is not finite prints as itself.
+    // A number in scientific notation always parses; a non-finite number prints as itself.
     text(format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value))
 }
 
-/// With the unit behind it; a pure number stands alone.
+/// With the unit behind it; a pure number has none.
 pub(crate) fn with_unit(value: f64, unit: &str) -> String {
     if unit.is_empty() || unit == "1" { text(value) } else { format!("{} {unit}", text(value)) }
 }

@@ -1,4 +1,4 @@
-//! Parameter sets by name, which the program brings along, or by path.
+//! Parameter sets by name, which are built in, or by path.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::read::read;
 use super::schema::nearest;
 use crate::Error;
 
-/// The presets that the program brings along: name and text.
+/// The built-in presets: name and text.
 const PRESETS: &[(&str, &str)] = &[
     ("clm-bench", include_str!("../../../../presets/clm-bench.toml")),
     ("clm-real", include_str!("../../../../presets/clm-real.toml")),
@@ -17,17 +17,17 @@ const PRESETS: &[(&str, &str)] = &[
     ("emps", include_str!("../../../../presets/emps.toml")),
 ];
 
-/// A parameter file, read but not yet understood.
+/// The text of a parameter file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
-    /// How messages call it: the path as given, or `presets/NAME.toml`.
+    /// Name in messages: the path as given, or `presets/NAME.toml`.
     pub file: String,
     /// Its contents.
     pub text: String,
 }
 
 impl Source {
-    /// Whether the text itself says something at a dotted path, be it a value or a table; false for no TOML.
+    /// Whether the text itself has a value or a table at a dotted path; false if it is not TOML.
     pub fn states(&self, path: &str) -> bool {
         let table: Option<toml::Table> = self.text.parse().ok();
         let mut value = table.map(toml::Value::Table);
@@ -46,12 +46,12 @@ impl Source {
     }
 }
 
-/// Names of the presets and what each is: the first comment line of its file.
+/// Names and descriptions of the presets: the first comment line of its file.
 pub fn list() -> impl Iterator<Item = (&'static str, &'static str)> {
     PRESETS.iter().map(|(name, text)| (*name, first_comment(text)))
 }
 
-/// The preset of that name, or else the file at that path.
+/// The preset of this name, or else the file at this path.
 ///
 /// # Errors
 /// [`Error::UnknownPreset`] with the nearest name; [`Error::File`] where a file cannot be read.
@@ -85,7 +85,7 @@ mod tests {
     use crate::parameters::{diff, flatten, write_commented};
 
     #[test]
-    fn every_preset_says_what_it_is_and_is_whole_when_written_out() {
+    fn every_preset_has_a_description_and_is_complete_when_written() {
         for (name, about) in list() {
             assert!(!about.is_empty(), "{name}");
             let preset: Preset<f64> = find(name).unwrap().read().unwrap_or_else(|error| panic!("{error}"));
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn no_two_values_of_a_preset_share_a_path() {
-        // A field called like the key of the choice around it would hide behind it.
+        // A field with the name of the key of its choice would have the same path.
         for (name, _) in list() {
             let preset: Preset<f64> = find(name).unwrap().read().unwrap_or_else(|error| panic!("{error}"));
             let mut paths: Vec<_> = flatten(&preset).into_iter().map(|entry| entry.path).collect();
@@ -110,14 +110,14 @@ mod tests {
     const TWO: &[(&str, &str)] = &[("clm-bench", "# Ideal.\nrate = 1\n"), ("clm-real", "")];
 
     #[test]
-    fn a_preset_is_found_by_its_name() {
+    fn a_preset_is_read_by_its_name() {
         let source = find_among(TWO, "clm-bench").unwrap();
         assert_eq!((source.file.as_str(), first_comment(TWO[0].1)), ("presets/clm-bench.toml", "Ideal."));
         assert_eq!(first_comment(TWO[1].1), "");
     }
 
     #[test]
-    fn what_a_text_states_is_told_from_a_default() {
+    fn values_of_a_text_differ_from_defaults() {
         let source = Source { file: "x".into(), text: "[model.own]\nkinetic_torque = 0.1\n".into() };
         assert!(source.states("model.own") && source.states("model.own.kinetic_torque"));
         assert!(!source.states("model.own.breakaway_torque") && !source.states("plant"));
@@ -125,17 +125,17 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_name_gets_the_nearest_or_all() {
+    fn an_unknown_name_gets_the_nearest_or_all() {
         let message = |name| find_among(TWO, name).unwrap_err().to_string();
         assert_eq!(
             message("clm-bensh"),
-            "clm-bensh is no preset. Did you mean clm-bench? A path to a file will do, too."
+            "unknown preset clm-bensh. Did you mean clm-bench? A path to a file is accepted, too."
         );
-        assert_eq!(message("x"), "x is no preset. There are: clm-bench, clm-real. A path to a file will do, too.");
+        assert_eq!(message("x"), "unknown preset x. Presets: clm-bench, clm-real. A path to a file is accepted, too.");
     }
 
     #[test]
-    fn a_file_is_found_by_its_path_and_a_missing_one_is_told() {
+    fn a_file_is_read_by_its_path_and_a_missing_one_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mine");
         std::fs::write(&path, "rate = 2").unwrap();

@@ -1,4 +1,4 @@
-//! What is wrong with a parameter file: every problem, each with place, values and remedy.
+//! Problems of a parameter file, each with place, values and remedy.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use super::number;
 /// All problems of one file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterProblems {
-    /// The file, as the user named it.
+    /// Name of the file, as stated by the user.
     pub file: String,
     /// In the order of the file.
     pub problems: Vec<Problem>,
@@ -18,53 +18,53 @@ pub struct ParameterProblems {
 /// One problem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
-    /// Line in the file, from 1; `None` if what is wrong is not in the file but follows from defaults.
+    /// Line in the file, from 1; `None` if the problem is not in the file but follows from defaults.
     pub line: Option<usize>,
-    /// Dotted path; empty where the text is no TOML.
+    /// Dotted path; empty if the text is not TOML.
     pub path: String,
-    /// What is wrong.
+    /// The kind of problem.
     pub fault: Fault,
 }
 
-/// What can be wrong with a parameter.
+/// Kinds of problems of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
     /// The text is not TOML.
     Syntax {
-        /// What the parser says.
+        /// The message of the parser.
         message: String,
     },
-    /// There is no such parameter.
+    /// An unknown parameter.
     Unknown {
-        /// The full path of the known name most like it.
+        /// The full path of the most similar known name.
         nearest: Option<String>,
-        /// What there is in this table.
+        /// The names in this table.
         known: Vec<&'static str>,
     },
-    /// The parameter belongs to a variant that is not chosen.
+    /// A parameter of a variant that is not chosen.
     OtherVariant {
         /// The key of the choice.
         tag: &'static str,
-        /// The variant that is chosen.
+        /// The chosen variant.
         chosen: &'static str,
         /// The variant that has this parameter.
         owner: &'static str,
     },
-    /// No such variant.
+    /// An unknown variant.
     UnknownVariant {
-        /// What the file says.
+        /// The value in the file.
         value: String,
-        /// What there is to choose from.
+        /// The known variants.
         variants: Vec<&'static str>,
     },
-    /// Something else stands where a number, flag, list, table or name should.
+    /// A value of another type than the expected number, flag, list, table or name.
     WrongType {
-        /// What should stand there.
+        /// The expected type.
         expected: String,
-        /// What does.
+        /// The actual value.
         got: String,
     },
-    /// The number is too small or too large.
+    /// A number outside its range.
     OutOfRange {
         /// The number [in the unit].
         value: f64,
@@ -77,7 +77,7 @@ pub enum Fault {
         /// Unit of all of them.
         unit: &'static str,
     },
-    /// NaN or infinite.
+    /// A number that is NaN or infinite.
     NotFinite {
         /// The number.
         value: f64,
@@ -88,14 +88,14 @@ pub enum Fault {
         /// Unit.
         unit: &'static str,
     },
-    /// A fraction where only whole numbers make sense.
+    /// A fraction instead of a whole number.
     NotWhole {
         /// The number.
         value: f64,
         /// Unit.
         unit: &'static str,
     },
-    /// A law between parameters does not hold.
+    /// A violated law between parameters.
     Law {
         /// Value, relation, bound and remedy; the field is relative to the struct that states the law.
         law: ParameterError,
@@ -139,7 +139,7 @@ impl fmt::Display for ParameterProblems {
 }
 
 impl Problem {
-    /// One line: what, both values, where, remedy.
+    /// One line: the problem with both values, place, remedy.
     fn write(&self, f: &mut fmt::Formatter, file: &str) -> fmt::Result {
         let path = &self.path;
         let place = self.line.map_or_else(|| file.to_string(), |line| format!("{file}:{line}"));
@@ -148,34 +148,34 @@ impl Problem {
                 write!(f, "{place} is not TOML: {message}. Write `name = value` lines below [table] headings.")
             }
             Fault::Unknown { nearest: Some(nearest), .. } => {
-                write!(f, "{path} is not known ({place}). Did you mean {nearest}?")
+                write!(f, "unknown parameter {path} ({place}). Did you mean {nearest}?")
             }
             Fault::Unknown { nearest: None, known } => {
-                write!(f, "{path} is not known ({place}). Known here: {}.", known.join(", "))
+                write!(f, "unknown parameter {path} ({place}). Parameters of this table: {}.", known.join(", "))
             }
             Fault::OtherVariant { tag, chosen, owner } => write!(
                 f,
                 "{path} does not belong to {tag} = \"{chosen}\" ({place}). Choose \"{owner}\", which has it, or delete it."
             ),
             Fault::UnknownVariant { value, variants } => {
-                write!(f, "{path} = \"{value}\" is not known ({place}). Choose one of: {}.", variants.join(", "))
+                write!(f, "{path} = \"{value}\" is unknown ({place}). Choose one of: {}.", variants.join(", "))
             }
             Fault::WrongType { expected, got } => write!(f, "{path} is {got} ({place}). Write {expected}."),
             Fault::OutOfRange { value, minimum, maximum, default, unit } => {
-                let (given, range) = (number::with_unit(*value, unit), number::range(*minimum, *maximum, unit));
+                let (number, range) = (number::with_unit(*value, unit), number::range(*minimum, *maximum, unit));
                 let remedy = range_remedy(*value, *minimum..=*maximum, *default, unit);
-                write!(f, "{path} = {given} is outside {range} ({place}). {remedy}")
+                write!(f, "{path} = {number} is outside {range} ({place}). {remedy}")
             }
             Fault::NotFinite { value, minimum, maximum, unit } => {
                 let range = number::range(*minimum, *maximum, unit);
-                write!(f, "{path} = {value} is not a finite number ({place}). Write one within {range}.")
+                write!(f, "{path} = {value} is not finite ({place}). Write a number within {range}.")
             }
             Fault::NotWhole { value, unit } => {
-                let (given, rounded) = (number::with_unit(*value, unit), number::with_unit(value.round(), unit));
-                write!(f, "{path} = {given} is not a whole number ({place}). Write {rounded}, for example.")
+                let (number, rounded) = (number::with_unit(*value, unit), number::with_unit(value.round(), unit));
+                write!(f, "{path} = {number} is not a whole number ({place}). Write {rounded}, for example.")
             }
             Fault::Law { law, unit } => {
-                // A bound is computed: its last digits say nothing, unless they are the ones that matter.
+                // A bound is computed: it is rounded unless the difference is in its last digits.
                 let bound = match number::rounded(law.bound, 5).parse() {
                     Ok(rounded) if rounded != law.value => rounded,
                     _ => law.bound,
@@ -187,7 +187,7 @@ impl Problem {
     }
 }
 
-/// The likeliest mistake behind a number outside its range.
+/// The most probable mistake of a number outside its range.
 fn range_remedy(value: f64, range: std::ops::RangeInclusive<f64>, default: f64, unit: &str) -> String {
     let thousandth = value / 1000.0;
     if value < 0.0 && *range.start() >= 0.0 && range.contains(&-value) {

@@ -1,4 +1,4 @@
-//! From TOML to parameters. The text is judged against the shape first, so that all problems come at once.
+//! From TOML to parameters. The text is first checked against the shape, so that all problems are reported at once.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use super::problem::{Fault, ParameterProblems, Problem};
 use super::schema::{Description, nearest, schema};
 use super::{IDENTIFIED, UNCERTAINTY};
 
-/// Reads parameters; what the text does not name keeps its default.
+/// Reads parameters; values that are not in the text keep their defaults.
 ///
 /// Flags are `true` or `false`, numbers may be written as integers, a choice is named by its key. `file_name` is for
 /// messages.
@@ -21,55 +21,55 @@ use super::{IDENTIFIED, UNCERTAINTY};
 /// # Errors
 /// All problems of the text at once: syntax, unknown names, types, ranges, laws between fields.
 pub fn read<P: Fields<f64> + Default>(text: &str, file_name: &str) -> Result<P, ParameterProblems> {
-    let mut found = scan(text, P::SHAPE);
+    let mut contents = scan(text, P::SHAPE);
     let mut parameters = P::default();
-    parameters.contents(&mut Apply { place: Place::default(), values: &found.values });
+    parameters.contents(&mut Apply { place: Place::default(), values: &contents.values });
     for (group, law) in broken_laws(&parameters) {
-        // A law between values of which one is wrong by itself says nothing new.
-        if found.problems.iter().any(|problem| within(&problem.path, &group)) {
+        // A law is checked only between values without other problems.
+        if contents.problems.iter().any(|problem| within(&problem.path, &group)) {
             continue;
         }
         let path = join(&group, law.field);
-        let row = found.known.iter().find(|row| row.path == path);
+        let row = contents.rows.iter().find(|row| row.path == path);
         let unit = row.and_then(|row| row.field).map_or("", |field| field.unit);
-        found.problems.push(Problem { line: found.line_of(text, &path), path, fault: Fault::Law { law, unit } });
+        contents.problems.push(Problem { line: contents.line_of(text, &path), path, fault: Fault::Law { law, unit } });
     }
-    if found.problems.is_empty() {
+    if contents.problems.is_empty() {
         return Ok(parameters);
     }
-    found.problems.sort_by_key(|problem| problem.line.unwrap_or(usize::MAX));
-    Err(ParameterProblems { file: file_name.into(), problems: found.problems })
+    contents.problems.sort_by_key(|problem| problem.line.unwrap_or(usize::MAX));
+    Err(ParameterProblems { file: file_name.into(), problems: contents.problems })
 }
 
-/// What a text says, judged against a shape.
-pub(super) struct Found {
+/// Contents of a text, checked against a shape.
+pub(super) struct Contents {
     values: BTreeMap<String, Value64>,
-    /// Where in the text each path stands.
+    /// Place of each path in the text.
     pub(super) spans: BTreeMap<String, Range<usize>>,
     problems: Vec<Problem>,
-    known: Vec<Description>,
+    rows: Vec<Description>,
 }
 
-/// A value as a walk takes it.
+/// A value in the form that a walk applies.
 #[derive(Clone, Copy)]
 enum Value64 {
     Number(f64),
     Variant(usize),
 }
 
-/// Judges a text against a shape.
-pub(super) fn scan(text: &str, shape: Shape) -> Found {
-    let mut found =
-        Found { values: BTreeMap::new(), spans: BTreeMap::new(), problems: Vec::new(), known: schema(shape) };
+/// Checks a text against a shape.
+pub(super) fn scan(text: &str, shape: Shape) -> Contents {
+    let mut contents =
+        Contents { values: BTreeMap::new(), spans: BTreeMap::new(), problems: Vec::new(), rows: schema(shape) };
     match Document::parse(text) {
-        Ok(document) => found.group(text, document.as_table(), shape, ""),
+        Ok(document) => contents.group(text, document.as_table(), shape, ""),
         Err(error) => {
             let line = error.span().map(|span| line(text, span.start));
             let message = error.message().trim().replace('\n', ", ");
-            found.problems.push(Problem { line, path: String::new(), fault: Fault::Syntax { message } });
+            contents.problems.push(Problem { line, path: String::new(), fault: Fault::Syntax { message } });
         }
     }
-    found
+    contents
 }
 
 /// The line of a byte, from 1.
@@ -85,8 +85,8 @@ pub(super) fn current_name(name: &str) -> &str {
     FORMER.iter().find(|(former, _)| *former == name).map_or(name, |(_, current)| current)
 }
 
-impl Found {
-    /// The line of a path, or of the innermost group around it that stands in the text.
+impl Contents {
+    /// The line of a path, or of the innermost group around it in the text.
     fn line_of(&self, text: &str, path: &str) -> Option<usize> {
         match self.spans.get(path) {
             Some(span) => Some(line(text, span.start)),
@@ -108,9 +108,9 @@ impl Found {
         }
         for (key, item) in table.iter() {
             let Some(node) = Node::of_item(item) else { continue };
-            // What an identification found, and how well a fit knows it, stand beside the parameters.
-            let beside = path.is_empty() && [IDENTIFIED, UNCERTAINTY].contains(&key);
-            if choices.iter().any(|(tag, ..)| *tag == key) || beside {
+            // Results of an identification and their covariance are additional tables.
+            let additional = path.is_empty() && [IDENTIFIED, UNCERTAINTY].contains(&key);
+            if choices.iter().any(|(tag, ..)| *tag == key) || additional {
                 continue;
             }
             let path = join(path, &bare_or_quoted(key));
@@ -128,7 +128,7 @@ impl Found {
         }
     }
 
-    /// The variant that a table chooses; the first if it is silent, none if there is no such variant.
+    /// The variant of a table; the first by default, `None` if there is no such variant.
     fn variant(
         &mut self,
         text: &str,
@@ -189,13 +189,13 @@ impl Found {
     fn unknown(&self, key: &str, path: &str, names: Vec<&'static str>) -> Fault {
         let here = nearest(key, names.iter().copied())
             .map(|name| path.rsplit_once('.').map_or(name.into(), |(group, _)| join(group, name)));
-        // The right name in the wrong table?
-        let elsewhere = || self.known.iter().find(|row| row.path.rsplit('.').next() == Some(key));
+        // The correct name in another table.
+        let elsewhere = || self.rows.iter().find(|row| row.path.rsplit('.').next() == Some(key));
         Fault::Unknown { nearest: here.or_else(|| elsewhere().map(|row| row.path.clone())), known: names }
     }
 }
 
-/// The fault of a key that another variant has.
+/// The problem of a key that another variant has.
 fn owner(choices: &[(&'static str, &'static [Variant], usize)], key: &str) -> Option<Fault> {
     choices.iter().find_map(|&(tag, variants, chosen)| {
         let owner = variants.iter().find(|variant| variant.shape.fields().iter().any(|field| field.name == key))?;
@@ -212,7 +212,7 @@ fn number(value: &Value, kind: Kind) -> Option<f64> {
     }
 }
 
-/// A key as it must stand in a file; dots within a key must not look like a path.
+/// A key as in a file, quoted if it has dots, which would be read as a path.
 fn bare_or_quoted(key: &str) -> String {
     let bare = !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte));
     if bare { key.into() } else { format!("{key:?}") }

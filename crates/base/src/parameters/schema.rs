@@ -1,4 +1,4 @@
-//! What a parameter struct may contain, with every variant of every choice.
+//! All possible contents of a parameter struct, with every variant of every choice.
 
 use std::fmt;
 
@@ -8,29 +8,29 @@ use super::entry::{join, within};
 use super::number;
 use crate::Error;
 
-/// What is known of one path.
+/// Description of one path.
 #[derive(Clone, Debug)]
 pub struct Description {
-    /// As in files; a list of numbers stands once, without an index.
+    /// As in files; a list of numbers is listed once, without an index.
     pub path: String,
     /// The field of a number; `None` for a choice.
     pub field: Option<&'static Field>,
-    /// What there is to choose from; empty for a number.
+    /// The variants of a choice; empty for a number.
     pub variants: &'static [Variant],
-    /// The choice that must be made for this path to exist, as in `friction.model = "lugre"`.
+    /// The choice that this path requires, as in `friction.model = "lugre"`.
     pub only_with: Option<String>,
 }
 
-/// Everything at or below a path (`""`: everything), in the order of declaration. A path that several variants have
-/// stands once for each.
+/// Everything at or below a path (`""`: everything), in the order of declaration. A path of several variants is listed
+/// once for each.
 ///
 /// # Errors
 /// [`Error::UnknownParameter`] with the nearest known path.
 pub fn describe<P: Fields<f64>>(path: &str) -> Result<Vec<Description>, Error> {
     let all = schema(P::SHAPE);
-    let found: Vec<_> = all.iter().filter(|row| within(&row.path, path)).cloned().collect();
-    if !found.is_empty() {
-        return Ok(found);
+    let rows: Vec<_> = all.iter().filter(|row| within(&row.path, path)).cloned().collect();
+    if !rows.is_empty() {
+        return Ok(rows);
     }
     match all.iter().find(|row| is_element(row, path)) {
         Some(list) => Ok(vec![list.clone()]),
@@ -106,7 +106,7 @@ pub(super) fn holds_numbers(shape: Shape) -> bool {
     }
 }
 
-/// The name most like the one given, if any is like it at all.
+/// The most similar name, if one is similar enough.
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     known
         .map(|candidate| (strsim::normalized_damerau_levenshtein(name, candidate), candidate))
@@ -115,7 +115,7 @@ pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&
         .map(|(_, candidate)| candidate)
 }
 
-/// Which values a number may have: `M_S [N m], 1e-6 … 200, default 0.3`.
+/// Facts of a number: `M_S [N m], 1e-6 … 200, default 0.3`.
 pub(super) fn facts(field: &Field) -> String {
     let mut facts = Vec::new();
     match (field.symbol, field.unit) {

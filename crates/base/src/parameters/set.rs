@@ -1,4 +1,4 @@
-//! One value changed in a file that people wrote: comments and layout of the rest stay as they are.
+//! Change of a value in a file; comments and layout of the rest are preserved.
 
 use stickslip_core::fields::{Fields, Variant};
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, Value};
@@ -12,16 +12,16 @@ use crate::Error;
 
 /// The text with the value at `path` changed or added. `value` is as in a file; quotes around a variant are not needed.
 ///
-/// Choosing another variant drops the keys that only the old one has.
+/// Choosing another variant removes the keys that only the old one has.
 ///
 /// # Errors
-/// [`Error::UnknownParameter`], or [`Error::Parameters`] with all that would be wrong with the new file: type, range,
-/// laws. The caller's text is never half changed.
+/// [`Error::UnknownParameter`], or [`Error::Parameters`] with all problems of the new file: type, range, laws. The text
+/// is changed completely or not at all.
 pub fn set<P: Fields<f64> + Default>(text: &str, file_name: &str, path: &str, value: &str) -> Result<String, Error> {
     set_all::<P>(text, file_name, &[(path, value)])
 }
 
-/// The text with all these values changed, of paths and values; only the whole must be in order.
+/// The text with all these values changed, of paths and values; only the final text must be valid.
 ///
 /// # Errors
 /// As [`set`].
@@ -51,17 +51,17 @@ pub fn changed<P: Fields<f64> + Default>(
     Ok(read(&text, file_name)?)
 }
 
-/// The text with one value changed, whatever it is.
+/// The text with one value changed, without a check of the value.
 fn with<P: Fields<f64> + Default>(text: &str, file_name: &str, path: &str, value: &str) -> Result<String, Error> {
     let rows = describe::<P>(path)?;
     let row = &rows[0];
-    let found = scan(text, P::SHAPE);
-    // A group holds values but has none; an element can be replaced only where its list stands.
-    if path != row.path && !(within(path, &row.path) && found.spans.contains_key(path)) {
+    let contents = scan(text, P::SHAPE);
+    // A group has no value; an element can be replaced only if its list is in the text.
+    if path != row.path && !(within(path, &row.path) && contents.spans.contains_key(path)) {
         return Err(Error::UnknownParameter { path: path.into(), nearest: Some(row.path.clone()) });
     }
     let literal = literal(value, row);
-    let mut changed = match found.spans.get(path) {
+    let mut changed = match contents.spans.get(path) {
         Some(span) => format!("{}{literal}{}", &text[..span.start], &text[span.end..]),
         None => insert(text, path, &literal).ok_or_else(|| syntax_problems::<P>(text, file_name))?,
     };
@@ -71,13 +71,13 @@ fn with<P: Fields<f64> + Default>(text: &str, file_name: &str, path: &str, value
     Ok(changed)
 }
 
-/// The problems of a text that is no TOML.
+/// The problems of a text that is not TOML.
 fn syntax_problems<P: Fields<f64> + Default>(text: &str, file_name: &str) -> ParameterProblems {
-    let none = ParameterProblems { file: file_name.into(), problems: Vec::new() };
-    read::<P>(text, file_name).err().unwrap_or(none)
+    let empty = ParameterProblems { file: file_name.into(), problems: Vec::new() };
+    read::<P>(text, file_name).err().unwrap_or(empty)
 }
 
-/// A value as TOML; what cannot be one becomes a string, which the reader then refuses by name.
+/// A value as TOML; an invalid one becomes a string, which the reader refuses with its path.
 fn literal(value: &str, row: &Description) -> String {
     let value = value.trim();
     let quoted = |text: &str| Value::from(text).to_string();
@@ -89,13 +89,13 @@ fn literal(value: &str, row: &Description) -> String {
             value.decor_mut().clear();
             value.to_string()
         }
-        // `.5` and `5.` are numbers to everyone but TOML.
+        // `.5` and `5.` are accepted as numbers, although not valid TOML.
         (_, Ok(number)) => Value::from(number).to_string(),
         _ => quoted(value),
     }
 }
 
-/// The text with a new key; `None` if it is no TOML.
+/// The text with a new key; `None` if it is not TOML.
 fn insert(text: &str, path: &str, literal: &str) -> Option<String> {
     let mut document: DocumentMut = text.parse().ok()?;
     let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
@@ -107,14 +107,14 @@ fn insert(text: &str, path: &str, literal: &str) -> Option<String> {
         None => {
             let gap = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
             let below_a_heading = format!("{text}{gap}\n[{group}]\n{key} = {literal}\n");
-            // A heading cannot add to a table that is written within one line.
+            // A heading cannot extend a table that is written within one line.
             let possible = below_a_heading.parse::<DocumentMut>().is_ok();
             if possible { Some(below_a_heading) } else { insert_nested(document, path, literal) }
         }
     }
 }
 
-/// The text with a new key, and the tables that it needs, within the innermost table that is there; `None` without one.
+/// The text with a new key, and the tables that it requires, within the innermost existing table; `None` without one.
 fn insert_nested(mut document: DocumentMut, path: &str, literal: &str) -> Option<String> {
     let ends = path.rmatch_indices('.').map(|(end, _)| end);
     let end = ends.into_iter().find(|&end| table(document.as_item_mut(), &path[..end]).is_some())?;
@@ -141,8 +141,8 @@ fn drop_other_variants(text: &str, path: &str, variants: &'static [Variant]) -> 
         names
     };
     let Some(chosen) = variants.iter().find(|variant| variant.name == current_name(chosen)) else { return text.into() };
-    let kept = names(chosen);
-    for name in variants.iter().flat_map(names).filter(|name| !kept.contains(name)) {
+    let names_of_chosen = names(chosen);
+    for name in variants.iter().flat_map(names).filter(|name| !names_of_chosen.contains(name)) {
         table.remove(&name);
     }
     document.to_string()

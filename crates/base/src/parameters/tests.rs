@@ -1,4 +1,4 @@
-//! A small machine with everything that a parameter struct can have, read, written and broken.
+//! A small machine with all features of a parameter struct, read, written and with errors.
 
 use proptest::prelude::*;
 use stickslip_core::Fields;
@@ -137,10 +137,10 @@ fn all_problems_come_at_once_with_place_values_and_remedy() {
             "rate = 1000.5 1/s is not a whole number (m.toml:1). Write 1001 1/s, for example.",
             "open is the number 1 (m.toml:2). Write true or false.",
             "poles is a list of 2 (m.toml:3). Write a list of 3.",
-            "ploes is not known (m.toml:4). Did you mean poles?",
-            "gains.0.1 = NaN is not a finite number (m.toml:5). Write one within -∞ … ∞.",
-            "motor_inertia is not known (m.toml:6). Did you mean drive.motor_inertia?",
-            "\"a.b\" is not known (m.toml:7). Known here: rate, open, poles, gains, drive, springs.",
+            "unknown parameter ploes (m.toml:4). Did you mean poles?",
+            "gains.0.1 = NaN is not finite (m.toml:5). Write a number within -∞ … ∞.",
+            "unknown parameter motor_inertia (m.toml:6). Did you mean drive.motor_inertia?",
+            "unknown parameter \"a.b\" (m.toml:7). Parameters of this table: rate, open, poles, gains, drive, springs.",
             "drive.motor_inertia = -4e-4 kg m^2 is outside 1e-7 … 1 kg m^2 (m.toml:10). It is a magnitude; drop the sign.",
             "drive.friction.kinetic_torque is the string \"0.18\" (m.toml:13). Write a number in N m, without quotes.",
             "drive.friction.bristle_stiffness does not belong to model = \"coulomb\" (m.toml:14). \
@@ -153,10 +153,10 @@ fn all_problems_come_at_once_with_place_values_and_remedy() {
 }
 
 #[test]
-fn a_wrong_choice_lists_what_there_is() {
+fn an_unknown_choice_lists_the_variants() {
     assert_eq!(
         problems("[drive.friction]\nmodel = \"lugree\"\nanything = 1\n"),
-        ["drive.friction.model = \"lugree\" is not known (m.toml:2). Choose one of: coulomb, lugre, free."]
+        ["drive.friction.model = \"lugree\" is unknown (m.toml:2). Choose one of: coulomb, lugre, free."]
     );
     assert_eq!(
         problems("drive.friction = { model = 3 }"),
@@ -171,7 +171,7 @@ fn a_wrong_choice_lists_what_there_is() {
 }
 
 #[test]
-fn what_is_no_toml_is_located() {
+fn text_that_is_not_toml_is_located() {
     let [problem] = problems("rate = 1000\nopen = \n").try_into().unwrap();
     assert!(problem.starts_with("m.toml:2 is not TOML: "), "{problem}");
     let [problem] = problems("rate = 1000\n\nrate = 2000\n").try_into().unwrap();
@@ -190,7 +190,7 @@ fn a_law_broken_by_defaults_points_at_the_group() {
 }
 
 #[test]
-fn a_bound_has_as_many_digits_as_it_takes() {
+fn a_bound_has_as_many_digits_as_required() {
     let message = |stiffness: f64, strength: f64| {
         problems(&format!("[[springs]]\nstiffness = {stiffness}\nstrength = {strength}\n[[springs]]\n")).concat()
     };
@@ -238,11 +238,11 @@ fn a_set_value_keeps_everything_else() {
     for (path, value, expected) in [
         ("rate", "1", "rate = 1 1/s is outside 100 … 20000 1/s (m.toml:2)"),
         ("rate", "fast", "rate is the string \"fast\" (m.toml:2)"),
-        ("drive", "1", "drive is no parameter. Did you mean drive.motor_inertia?"),
-        ("drive.motor_inertie", "1", "drive.motor_inertie is no parameter. Did you mean drive.motor_inertia?"),
-        ("7", "1", "7 is no parameter."),
-        ("poles.7", "1", "poles.7 is no parameter. Did you mean poles?"),
-        ("gains.0.1", "1", "gains.0.1 is no parameter. Did you mean gains?"),
+        ("drive", "1", "unknown parameter drive. Did you mean drive.motor_inertia?"),
+        ("drive.motor_inertie", "1", "unknown parameter drive.motor_inertie. Did you mean drive.motor_inertia?"),
+        ("7", "1", "unknown parameter 7."),
+        ("poles.7", "1", "unknown parameter poles.7. Did you mean poles?"),
+        ("gains.0.1", "1", "unknown parameter gains.0.1. Did you mean gains?"),
     ] {
         let message = set(path, value).unwrap_err().to_string();
         assert!(message.starts_with(expected), "{message}");
@@ -257,7 +257,7 @@ fn a_set_value_enters_a_table_that_is_written_within_a_line() {
     let expected = "[drive]\nfriction = { model = \"lugre\" , sliding = { kinetic_torque = 0.4 } } # bristles\n";
     assert_eq!(set(one_line, "0.4"), expected);
     assert_eq!(set(expected, "0.5"), expected.replace("0.4", "0.5"));
-    // Below a heading it is another heading, as ever.
+    // Below a heading it is another heading, as usual.
     assert!(
         set("[drive.friction]\nmodel = \"lugre\"\n", "0.4")
             .ends_with("[drive.friction.sliding]\nkinetic_torque = 0.4\n")
@@ -274,7 +274,7 @@ fn setting_a_value_checks_laws_too() {
 }
 
 #[test]
-fn another_variant_drops_what_only_the_old_one_has() {
+fn another_variant_removes_the_keys_of_the_old_one() {
     let text = "[drive.friction]\nmodel = \"lugre\" # real\nbristle_stiffness = 1.0\n[drive.friction.sliding]\nkinetic_torque = 1.0\n";
     let changed = set::<Machine<f64>>(text, "m.toml", "drive.friction.model", "coulomb").unwrap();
     assert_eq!(changed, "[drive.friction]\nmodel = \"coulomb\" # real\n");
@@ -361,7 +361,7 @@ impl Walk<f64> for Random {
         *value = match field.kind {
             Kind::Flag => part.round(),
             Kind::Whole => (low + part * (high - low)).round(),
-            // All magnitudes, subnormal numbers and −0 among them, where the range takes them.
+            // All magnitudes, subnormal numbers and −0 among them, where the range allows them.
             Kind::Real if bits.is_finite() && (low..=high).contains(&bits) => bits,
             Kind::Real if low.is_finite() => (low + part * (high - low)).clamp(low, high),
             Kind::Real => -0.0,
@@ -373,7 +373,7 @@ impl Walk<f64> for Random {
     }
 }
 
-/// Text that looks enough like a parameter file to reach every branch of the reader.
+/// Text that is similar enough to a parameter file to reach every branch of the reader.
 fn nearly_toml() -> impl Strategy<Value = String> {
     let pieces = [
         "rate",
@@ -418,7 +418,7 @@ fn nearly_toml() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn what_is_written_reads_back_to_the_same_bits(seed: u64) {
+    fn a_written_file_reads_back_to_the_same_bits(seed: u64) {
         let mut machine = Machine::<f64>::default();
         machine.contents(&mut Random(seed));
         prop_assume!(broken_laws(&machine).is_empty());
@@ -438,7 +438,7 @@ proptest! {
     }
 
     #[test]
-    fn a_set_value_is_there_afterwards(text in nearly_toml(), seed: u64) {
+    fn a_set_value_is_in_the_result(text in nearly_toml(), seed: u64) {
         let value = 1e-7 + (1.0 - 1e-7) * (seed as f64 / u64::MAX as f64);
         if let Ok(changed) = set::<Machine<f64>>(&text, "m.toml", "drive.motor_inertia", &format!("{value:e}")) {
             let machine: Machine<f64> = read(&changed, "m.toml").expect("set checks what it gives");

@@ -1,4 +1,4 @@
-//! From parameters to TOML that explains itself.
+//! From parameters to TOML with comments.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -13,7 +13,7 @@ use super::schema::{facts, holds_numbers};
 pub fn write_commented<P: Fields<f64>>(parameters: &P) -> String {
     let values = flatten(parameters).into_iter().map(|entry| (entry.path, entry.value)).collect();
     let mut writer = Writer { values, out: String::new() };
-    writer.group(P::SHAPE, "", "").expect("a string takes all that is written to it");
+    writer.group(P::SHAPE, "", "").expect("writing to a String cannot fail");
     writer.out.trim_start().to_string()
 }
 
@@ -23,7 +23,7 @@ struct Writer {
 }
 
 impl Writer {
-    /// `path` finds values (lists numbered), `heading` is the table's name in the file.
+    /// `path` is for values (lists numbered), `heading` is the table's name in the file.
     fn group(&mut self, mut shape: Shape, path: &str, heading: &str) -> fmt::Result {
         let chooses = !shape.variants().is_empty();
         while let Shape::Choice { tag, variants } = shape {

@@ -1,5 +1,5 @@
-//! Several reports as one: their key numbers side by side, figures of the same title and axes over each other, then
-//! each of them.
+//! Several reports as one: their key numbers side by side, figures of the same title and axes overlaid, then each
+//! report.
 
 use std::collections::BTreeSet;
 
@@ -25,7 +25,7 @@ impl Report {
     }
 }
 
-/// The key numbers that any report has, a column a report; none where nobody has any.
+/// The key numbers of all reports, one column per report; `None` without key numbers.
 fn keys(reports: &[(String, Report)]) -> Option<Table> {
     let mut names: Vec<&str> = Vec::new();
     for key in reports.iter().flat_map(|(_, report)| &report.key) {
@@ -48,21 +48,20 @@ fn keys(reports: &[(String, Report)]) -> Option<Table> {
 
 /// A figure for each title and pair of axes that at least two reports share, in the order of the first.
 fn overlays(reports: &[(String, Report)]) -> Vec<Section> {
-    let mut done: Vec<&Figure> = Vec::new();
+    let mut drawn_figures: Vec<&Figure> = Vec::new();
     let mut sections = Vec::new();
     for (_, figure) in figures(reports) {
-        if done.iter().any(|other| alike(other, figure)) {
+        if drawn_figures.iter().any(|other| alike(other, figure)) {
             continue;
         }
-        done.push(figure);
+        drawn_figures.push(figure);
         let same: Vec<_> = figures(reports).filter(|(_, other)| alike(figure, other)).collect();
         let sharing: BTreeSet<usize> = same.iter().map(|(report, _)| *report).collect();
         let overlay = overlay(reports, figure, &same);
         if sharing.len() >= 2 && !overlay.series.is_empty() {
             let names: Vec<_> = sharing.iter().map(|report| reports[*report].0.as_str()).collect();
             let caption = format!(
-                "{} over each other. What all of them have in common is drawn once; clouds and bands stand with each of \
-                 them below.",
+                "{}, overlaid. Common curves are drawn once; clouds and bands are in the figures of each report below.",
                 names.join(", ")
             );
             sections.push(Section::Figure { figure: Box::new(overlay), caption });
@@ -86,7 +85,7 @@ fn alike(one: &Figure, other: &Figure) -> bool {
     one.title == other.title && axes(one) == axes(other)
 }
 
-/// Curves and single values of all, a colour a report; a curve that all have in common keeps its own.
+/// Curves and single values of all, one colour per report; a common curve keeps its colour.
 fn overlay(reports: &[(String, Report)], first: &Figure, same: &[(usize, &Figure)]) -> Figure {
     let mut overlay = first.emptied();
     let drawn = |series: &&Series| matches!(series.data, Data::Line(_) | Data::Bars(_));
@@ -96,7 +95,7 @@ fn overlay(reports: &[(String, Report)], first: &Figure, same: &[(usize, &Figure
             if !common(series) {
                 let name = format!("{}, {}", reports[*report].0, series.name);
                 let other = series.clone().renamed(Role::Trace(*report), name);
-                // Dashed over the first one, so that curves that cover each other are both seen.
+                // Dashed over the first one, so that both of two equal curves are visible.
                 overlay.series.push(if place > 0 { other.dashed() } else { other });
             } else if !overlay.series.contains(series) {
                 overlay.series.push(series.clone());
@@ -132,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn curves_of_several_runs_lie_over_each_other_and_what_is_equal_is_drawn_once() {
+    fn curves_of_several_runs_are_overlaid_and_equal_ones_are_drawn_once() {
         let both = together([("old", report(0.18)), ("new", report(0.2))]);
         let (_, overlay) = figures(&[(String::new(), both.clone())]).next().map(|(k, f)| (k, f.clone())).unwrap();
         let names: Vec<_> = overlay.series.iter().map(|series| series.name.as_str()).collect();

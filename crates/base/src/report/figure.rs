@@ -6,7 +6,7 @@ use crate::figure::symbol::{self, escape};
 use crate::figure::{Figure, shown::ShownSeries};
 use crate::parameters::number;
 
-/// Rows of a series in the table on the page; CSV has all that is drawn, `report.json` all there is.
+/// Rows of a series in the table on the page; CSV has all drawn values, `report.json` all values.
 const ROWS: usize = 21;
 
 /// The figure as HTML, with its number.
@@ -68,7 +68,7 @@ mod tests {
     use crate::figure::{Axis, Role, Series};
 
     #[test]
-    fn the_table_has_both_ends_of_a_long_series_and_says_how_much_it_leaves_out() {
+    fn the_table_has_both_ends_of_a_long_series_and_the_number_of_values() {
         let line = (0..=300).map(|k| (f64::from(k), -0.5 * f64::from(k)));
         let figure = Figure::new("Long").x(Axis::new("time t", "s")).series(Series::line(Role::Fitted, "fit", line));
         let page = html(&figure, "A line.", 4);

@@ -5,9 +5,9 @@ use crate::figure::symbol::{self, escape};
 use crate::figure::theme;
 use crate::quantity::Written;
 
-/// Inter where it is installed, otherwise the system's own letters: a page without a font of 70 kB in it.
+/// Inter if installed, otherwise the system's font: a font in the page would add 70 kB.
 const STYLE: &str = include_str!("style.css");
-/// Read-out of values and export. Without it everything can still be read.
+/// Read-out of values and export. The page is complete without it.
 const SCRIPT: &str = include_str!("script.js");
 
 /// Writes the whole page.

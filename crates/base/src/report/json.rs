@@ -1,5 +1,5 @@
 //! `report.json`: the document as data, `{"schema": "stickslip.report/1", "title", "summary", "key", "sections",
-//! "provenance"}`. A number that is not known is `null`; every number reads back with the same bits.
+//! "provenance"}`. An unknown number is `null`; every number reads back with the same bits.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -12,10 +12,10 @@ use super::Report;
 use crate::Error;
 
 const SCHEMA: &str = "stickslip.report/1";
-/// What the schemas of all versions begin with.
+/// Common start of the schemas of all versions.
 const FAMILY: &str = "stickslip.report/";
 
-/// The document with the name of its form.
+/// The document with its schema.
 #[derive(Serialize)]
 struct Saved<'a> {
     schema: &'a str,
@@ -23,13 +23,13 @@ struct Saved<'a> {
     report: &'a Report,
 }
 
-/// The name alone, whatever the rest is.
+/// The schema alone.
 #[derive(Deserialize)]
 struct Schema {
     schema: Option<String>,
 }
 
-/// An object a line: short enough to read, and an error in it has a place.
+/// One object per line: easy to read, and an error has a line.
 struct Lines;
 
 impl Formatter for Lines {
@@ -52,7 +52,7 @@ impl Report {
     /// A document from the text of `report.json`.
     ///
     /// # Errors
-    /// [`Error::Document`] with the place where the text is no report.
+    /// [`Error::Document`] with the place of the error.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         Self::parse(text, Path::new("report.json"))
     }
@@ -60,7 +60,7 @@ impl Report {
     /// Reads `report.json` of a folder, or the file itself.
     ///
     /// # Errors
-    /// [`Error::File`] where there is none, [`Error::Document`] where it is no report.
+    /// [`Error::File`] if there is none, [`Error::Document`] if it is not a report.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let file = if path.is_dir() { path.join("report.json") } else { path.into() };
         let text = std::fs::read_to_string(&file).map_err(|source| Error::file(&file, "read", source))?;
@@ -68,35 +68,35 @@ impl Report {
     }
 
     fn parse(text: &str, path: &Path) -> Result<Self, Error> {
-        let broken = |error: serde_json::Error| Error::Document {
+        let invalid = |error: serde_json::Error| Error::Document {
             path: path.into(),
             place: Some([error.line(), error.column()]),
             reason: reason(&error),
             remedy: match error.classify() {
-                Category::Eof => "The file ends too early: copy it again, or run the command that made it.",
-                _ => "Run the command again that made it; a report is not written by hand.",
+                Category::Eof => "The file ends too early: copy it again, or run the command that wrote it.",
+                _ => "Repeat the command that wrote it; do not edit a report by hand.",
             },
         };
         let external = |reason: String, remedy| Error::Document { path: path.into(), place: None, reason, remedy };
-        match serde_json::from_str::<Schema>(text).map_err(broken)?.schema.as_deref() {
-            Some(SCHEMA) => serde_json::from_str(text).map_err(broken),
+        match serde_json::from_str::<Schema>(text).map_err(invalid)?.schema.as_deref() {
+            Some(SCHEMA) => serde_json::from_str(text).map_err(invalid),
             Some(other) if other.starts_with(FAMILY) => {
-                let reason = format!("its schema is {other:?}, this program knows {SCHEMA:?}");
-                Err(external(reason, "Use the version of stickslip that made it, or a newer one."))
+                let reason = format!("its schema is {other:?}; this program reads {SCHEMA:?}");
+                Err(external(reason, "Use the version of stickslip that wrote it, or a newer one."))
             }
             Some(other) => {
-                let reason = format!("its schema is {other:?}, a report has {SCHEMA:?}");
+                let reason = format!("its schema is {other:?}; that of a report is {SCHEMA:?}");
                 Err(external(reason, "Name a folder with a report.json in it."))
             }
             None => {
-                let reason = format!("it names no schema, a report has {SCHEMA:?}");
+                let reason = format!("it has no schema; that of a report is {SCHEMA:?}");
                 Err(external(reason, "Name a folder with a report.json in it."))
             }
         }
     }
 }
 
-/// What is wrong, without the place, which stands elsewhere.
+/// The message without the place, which is a separate field.
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason).to_owned()
@@ -115,7 +115,7 @@ mod tests {
         assert_eq!(read.to_json(), json);
         assert_eq!(read.html(), report.html());
         assert!(json.starts_with("{\"schema\":\"stickslip.report/1\",\"title\":\"Saved\""), "{json}");
-        // The third row of the table of estimates is not known, and stays so.
+        // The third row of the table of estimates is unknown, and stays unknown.
         assert!(json.contains("\"value\":null,\"half_width\":0.1,\"unit\":\"rad/s\""), "{json}");
     }
 
@@ -125,8 +125,8 @@ mod tests {
         let values: Vec<f64> = (0..2000).map(|k| libm::exp(0.31 * f64::from(k) - 310.0) / 3.0).collect();
         let line = Series::line(Role::Fitted, "fit", values.iter().map(|&value| (value, -value)));
         let figure = Figure::new("Bits").x(Axis::new("speed", "rad/s")).series(line);
-        let again: Figure = serde_json::from_str(&serde_json::to_string(&figure).unwrap()).unwrap();
-        let Data::Line(rows) = &again.series[0].data else { panic!("a line stays a line") };
+        let copy: Figure = serde_json::from_str(&serde_json::to_string(&figure).unwrap()).unwrap();
+        let Data::Line(rows) = &copy.series[0].data else { panic!("a line stays a line") };
         assert!(rows.iter().zip(&values).all(|(row, value)| row[0].to_bits() == value.to_bits()));
     }
 
@@ -139,16 +139,16 @@ mod tests {
             (json[..json.len() - 20].to_owned(), ["report.json:", "EOF while parsing", "ends too early"]),
             (
                 json.replace("\"heading\"", "\"haeding\""),
-                ["report.json:", "unknown variant `haeding`", "Run the command again"],
+                ["report.json:", "unknown variant `haeding`", "Repeat the command"],
             ),
-            (json.replace("[0.0,0.3]", "[0.0]"), ["report.json:", "a row of 1 numbers where 2 belong", "again"]),
+            (json.replace("[0.0,0.3]", "[0.0]"), ["report.json:", "a row of 1 numbers; 2 expected", "Repeat"]),
             (json.replace("report/1", "report/2"), ["report.json: ", "its schema is \"stickslip.report/2\"", "newer"]),
             (
                 json.replace("report/1", "SUMMARY").replace("stickslip.SUMMARY", "stickslip.summary/1"),
                 ["report.json: ", "\"stickslip.summary/1\"", "Name a folder with a report.json"],
             ),
-            ("{}".to_owned(), ["report.json: ", "it names no schema", "Name a folder"]),
-            ("\"text\"".to_owned(), ["report.json:1:", "invalid type: string", "again"]),
+            ("{}".to_owned(), ["report.json: ", "it has no schema", "Name a folder"]),
+            ("\"text\"".to_owned(), ["report.json:1:", "invalid type: string", "Repeat"]),
         ] {
             std::fs::write(&path, &text).unwrap();
             let message = Report::read(folder.path()).unwrap_err().to_string();

@@ -6,10 +6,10 @@ use crate::figure::Map;
 use crate::figure::symbol;
 use crate::parameters::number;
 
-/// Cells in the table on the page; CSV has all there are.
+/// Cells in the table on the page; CSV has all.
 const CELLS: usize = 400;
 
-/// What the script has of a map.
+/// Data of a map for the script.
 #[derive(Serialize)]
 struct Shown {
     /// Quantity and unit of both axes and of the numbers.

@@ -1,5 +1,5 @@
 'use strict';
-// Values under the pointer or by arrow keys, and export; all from what is in the page.
+// Values under the pointer or by arrow keys, and export; all from the data of the page.
 const make = (parent, name, properties) => Object.assign(parent.appendChild(document.createElement(name)), properties);
 const quote = (text) => `"${text.replaceAll('"', '""')}"`;
 const csvHead = ([quantity, unit]) => quote(unit ? `${quantity} [${unit}]` : quantity);
@@ -69,7 +69,7 @@ for (const figure of document.querySelectorAll('figure')) {
     const box = svg.getBoundingClientRect();
     const scale = svg.viewBox.baseVal.width / box.width;
     const [x, y] = [(event.clientX - box.left) * scale, (event.clientY - box.top) * scale];
-    // Of what lies together the mean counts more than the cloud, and the curve more than its band.
+    // Of series at the same place the mean has priority over the cloud, and the curve over its band.
     const rank = { bars: 0, line: 16, points: 36, band: 64 };
     let best = 40 * 40, found = null;
     series.forEach((one, index) => one.rows.forEach(([px, py], row) => {

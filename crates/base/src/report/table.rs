@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::figure::symbol;
 use crate::quantity::{Estimate, Written};
 
-/// Letters from which on the words of a cell may break into lines.
+/// Number of letters from which the text of a cell may break into lines.
 const SENTENCE: usize = 36;
 
 /// Rows under a head.
@@ -17,7 +17,7 @@ pub struct Table {
     rows: Vec<Vec<Cell>>,
 }
 
-/// What stands in a table.
+/// A cell of a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Cell {
@@ -33,12 +33,12 @@ impl Table {
         Self { caption: String::new(), head: head.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
 
-    /// What the table says, without its number.
+    /// Caption of the table, without its number.
     pub fn caption(self, text: impl Into<String>) -> Self {
         Self { caption: text.into(), ..self }
     }
 
-    /// One more row. Cells that it lacks stay empty.
+    /// One more row. Missing cells stay empty.
     pub fn row(mut self, cells: impl IntoIterator<Item = Cell>) -> Self {
         self.rows.push(cells.into_iter().collect());
         self
@@ -49,7 +49,7 @@ impl Table {
         &self.rows
     }
 
-    /// Head and rows as text, each number beside others of its column.
+    /// Head and rows as text, each number formatted for its column.
     fn texts(&self) -> Vec<Vec<String>> {
         let write = |column: usize, cell: &Cell| match cell {
             Cell::Text(text) => text.clone(),
@@ -76,7 +76,7 @@ impl Table {
         caption + &head + &line(vec!["---".into(); columns]) + &rows.map(line).collect::<String>()
     }
 
-    /// The table as lines for a terminal, columns below each other.
+    /// The table as lines for a terminal, columns aligned.
     pub fn lines(&self) -> Vec<String> {
         let rows = self.texts();
         let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_stands_with_its_uncertainty_and_unit_and_a_symbol_as_such() {
+    fn a_number_has_its_uncertainty_and_unit_and_a_symbol_its_style() {
         let row = ["breakaway torque M_S".into(), Estimate::new(0.299_4, "N m").with_half_width(0.004).into()];
         let html = Table::new(["", "value"]).caption("Friction").row(row).html(3);
         assert!(html.contains("<b>Table 3.</b> Friction"), "{html}");

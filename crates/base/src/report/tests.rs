@@ -42,7 +42,7 @@ pub(super) fn report(text: &str) -> Report {
 
 #[test]
 fn a_report_looks_as_it_did() {
-    // Style and script are files of their own and read as such.
+    // Style and script are separate files and reviewed there.
     let page = report("Friction of the bench").html();
     let without = page.replace(include_str!("style.css"), "STYLE\n").replace(include_str!("script.js"), "SCRIPT\n");
     assert!(without.contains("STYLE\n") && without.contains("SCRIPT\n"));
@@ -59,7 +59,7 @@ fn text_from_outside_is_escaped_everywhere() {
 }
 
 #[test]
-fn a_report_reaches_for_nothing_outside() {
+fn a_report_loads_nothing_from_outside() {
     let page = report("Alone").html().replace("http://www.w3.org/2000/svg", "");
     for reach in ["http", "src=", "href=", "url(", "@import", "fetch(", "import(", "XMLHttpRequest", "eval("] {
         assert!(!page.contains(reach), "{reach}");
@@ -93,13 +93,13 @@ fn contrast(one: &str, other: &str) -> f64 {
 }
 
 #[test]
-fn text_has_a_contrast_of_4_5_and_what_is_drawn_of_3() {
+fn text_has_a_contrast_of_4_5_and_drawings_of_3() {
     assert!((contrast("#000000", "#FFFFFF") - 21.0).abs() < 1e-9);
     let mut judged = 0;
     for colour in theme::COLOURS {
         let needed = match colour.class {
             "ink" | "text-2" | "text-3" => 4.5,
-            // Neither the page nor what only guides the eye is read.
+            // Backgrounds and guide lines are not text.
             "surface" | "grid" | "axis" | "interval" => continue,
             _ => 3.0,
         };
@@ -111,7 +111,7 @@ fn text_has_a_contrast_of_4_5_and_what_is_drawn_of_3() {
 }
 
 #[test]
-fn a_report_is_written_as_data_and_as_a_page_and_a_refusal_is_named() {
+fn a_report_is_written_as_data_and_as_a_page_and_errors_have_the_path() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let names = report("Written").write(folder.path()).expect("the folder takes files");
     assert_eq!(names, ["report.json", "report.html"]);

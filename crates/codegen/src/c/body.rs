@@ -13,7 +13,7 @@ use super::uses::count;
 use crate::record::{Function, Graph, Id, Law, LawBook, Node, Operator, Real, Source, Step};
 use crate::tree::Tree;
 
-/// Expressions that are needed once are written where they are needed up to this length.
+/// Largest length of an expression that is used once and emitted at the place of its use.
 const INLINE: usize = 44;
 pub(super) const INDENT: &str = "    ";
 
@@ -30,23 +30,23 @@ pub(super) struct Body<'a> {
     pub(super) uses: Vec<u32>,
     pub(super) expressions: Vec<Option<Expression>>,
     pub(super) idioms: Vec<Option<Idiom>>,
-    /// What each number would like to be called, best first.
-    pub(super) wanted_names: Vec<Vec<String>>,
-    pub(super) taken: HashSet<String>,
+    /// Preferred names of each number, best first.
+    pub(super) preferred_names: Vec<Vec<String>>,
+    pub(super) used_names: HashSet<String>,
     pub(super) temporaries: usize,
-    /// Operations that stand alone: a choice, and what a choice gives if it is true, read badly within others.
+    /// Operations in statements of their own: choices and their true branches are hard to read within others.
     pub(super) alone: HashSet<Id>,
-    /// Operations that are needed once, and that by a store or a return.
+    /// Operations that are used once, by a store or a return.
     pub(super) final_only: HashSet<Id>,
     /// Constant structs by type and initialiser.
     pub(super) structs: HashMap<(String, String), String>,
-    /// What was written.
+    /// The statements.
     pub(super) lines: String,
-    /// The small functions that it calls.
+    /// The helper functions that it calls.
     pub(super) needs: Needs,
 }
 
-/// What the calls of a step refer to.
+/// Context of the calls of a step.
 pub(super) struct Callees<'a> {
     pub(super) steps: &'a [Step],
     pub(super) labels: &'a [String],
@@ -58,14 +58,14 @@ pub(super) struct Callees<'a> {
 pub(super) fn step<'a>(real: Real, step: &'a Step, plan: &Plan, callees: &Callees<'a>) -> Body<'a> {
     let mut body = Body::new(&step.graph, plan.uses.clone());
     body.name_results(step);
-    body.taken.extend(plan.names());
+    body.used_names.extend(plan.names());
     body.final_only = plan.stores.iter().map(|store| store.1).filter(|id| body.uses[id.index()] == 1).collect();
     body.load(real, &[&step.parameters, &step.state, &step.input]);
-    let mut written = vec![false; step.graph.calls.len()];
+    let mut emitted = vec![false; step.graph.calls.len()];
     for position in 0..step.graph.nodes.len() {
         let id = Id(position as u32);
         if let Node::Result(call, _) = step.graph.node(id)
-            && !std::mem::replace(&mut written[call as usize], true)
+            && !std::mem::replace(&mut emitted[call as usize], true)
             && let Some(planned) = &plan.calls[call as usize]
         {
             body.call(real, call, planned, callees);
@@ -123,8 +123,8 @@ impl<'a> Body<'a> {
             uses,
             expressions: vec![None; graph.nodes.len()],
             idioms,
-            wanted_names: vec![Vec::new(); graph.nodes.len()],
-            taken: ["p", "s", "in", "out", "dt", "x", "i"].map(String::from).into(),
+            preferred_names: vec![Vec::new(); graph.nodes.len()],
+            used_names: ["p", "s", "in", "out", "dt", "x", "i"].map(String::from).into(),
             temporaries: 0,
             alone,
             final_only: HashSet::new(),
@@ -134,7 +134,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Sets apart what follows.
+    /// Adds an empty line.
     pub(super) fn blank_line(&mut self) {
         if !self.lines.is_empty() {
             self.lines.push('\n');
@@ -147,18 +147,18 @@ impl<'a> Body<'a> {
         self.expressions[position] = Some(Expression { text: name, atomic: true });
     }
 
-    /// The expression as it stands alone.
+    /// The expression on its own.
     pub(super) fn plain(&self, id: Id) -> String {
-        self.expressions[id.index()].as_ref().expect("operands are written before their results").text.clone()
+        self.expressions[id.index()].as_ref().expect("operands are emitted before their results").text.clone()
     }
 
-    /// The expression as it stands within another.
+    /// The expression within another one.
     fn operand(&self, id: Id) -> String {
-        let expression = self.expressions[id.index()].as_ref().expect("operands are written before their results");
+        let expression = self.expressions[id.index()].as_ref().expect("operands are emitted before their results");
         if expression.atomic { expression.text.clone() } else { format!("({})", expression.text) }
     }
 
-    /// Makes an expression of an operation, and a statement if it is needed twice or long.
+    /// Makes an expression of an operation, and a statement if it is used twice or long.
     fn statement(&mut self, real: Real, id: Id) {
         let position = id.index();
         if self.uses[position] == 0 || self.expressions[position].is_some() {
@@ -193,7 +193,7 @@ impl<'a> Body<'a> {
             }
             Node::Truth(truth) => (truth.to_string(), true),
             Node::Less(a, b) => (format!("{} < {}", self.operand(a), self.operand(b)), false),
-            // False for NaN alone.
+            // False only for NaN.
             Node::LessOrEqual(a, b) if a == b => (format!("!isnan({})", self.plain(a)), false),
             Node::LessOrEqual(a, b) => (format!("{} <= {}", self.operand(a), self.operand(b)), false),
             Node::And(a, b) => (format!("{} && {}", self.operand(a), self.operand(b)), false),
@@ -211,7 +211,7 @@ impl<'a> Body<'a> {
         self.put(real, id, Expression { text, atomic: true });
     }
 
-    /// Keeps an expression for the one place that needs it, or gives it a name.
+    /// Keeps an expression for its only use, or gives it a name.
     fn put(&mut self, real: Real, id: Id, expression: Expression) {
         let short = expression.text.len() <= INLINE && !self.alone.contains(&id);
         if self.uses[id.index()] == 1 && (short || self.final_only.contains(&id)) {
@@ -230,7 +230,7 @@ fn is_mask(node: Node) -> bool {
     )
 }
 
-/// What C calls a function of one number.
+/// Name of a function of one number in C.
 pub(crate) fn function_name(real: Real, function: Function) -> String {
     let name = match function {
         Function::Abs => return format!("fabs{}", real.c_suffix),
@@ -246,7 +246,7 @@ pub(crate) fn function_name(real: Real, function: Function) -> String {
     format!("stickslip_{name}{}", real.c_suffix)
 }
 
-/// Whether a word stands in a text.
+/// Whether a text contains a word.
 pub(super) fn mentions(text: &str, word: &str) -> bool {
     text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').any(|w| w == word)
 }

@@ -7,7 +7,7 @@ use super::text::{self, wrap};
 use crate::record::{Node, Real, Step};
 
 impl Body<'_> {
-    /// A call, with the structs that it needs before and the new state that is needed after it.
+    /// A call, with the structs before it and the new state after it.
     pub(super) fn call(&mut self, real: Real, number: u32, planned: &Planned, callees: &Callees<'_>) {
         let call = &self.graph.calls[number as usize];
         let callee = &callees.steps[call.function];
@@ -38,7 +38,7 @@ impl Body<'_> {
         self.results(real, number, planned, callee);
     }
 
-    /// The new state is copied, since the next call may work on it in place; an output stays where it lies.
+    /// The new state is copied, since the next call may work on it in place; an output stays at its place.
     fn results(&mut self, real: Real, call: u32, planned: &Planned, callee: &Step) {
         let (state, output) = (callee.state.paths(), callee.output.paths());
         for position in 0..self.graph.nodes.len() {
@@ -49,7 +49,7 @@ impl Body<'_> {
             }
             let member = |access: &Access, path: &str| access.member(&text::path(path));
             if let (Some((access, _)), Some(path)) = (&planned.state, state.get(number)) {
-                self.wanted_names[position].push(last_name(path));
+                self.preferred_names[position].push(last_name(path));
                 self.assign(position, &member(access, path), real.c_name);
             } else if let Some(access) = &planned.output {
                 let text = member(access, &output[number - state.len()]);

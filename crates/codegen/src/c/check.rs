@@ -1,4 +1,4 @@
-//! Whether parameters are within their ranges.
+//! Checks of the ranges of parameters.
 
 use stickslip_core::fields::{Field, Kind};
 
@@ -7,17 +7,17 @@ use super::kernel::Needs;
 use super::text::{literal, number, path, wrap};
 use crate::record::{Function, Program, Real};
 
-/// Largest finite number of the precision, as C calls it: the range of a number that has none.
+/// Largest finite number of the precision, as named in C: the range of a number without limits.
 fn largest(real: Real) -> &'static str {
     if real.c_suffix.is_empty() { "DBL_MAX" } else { "FLT_MAX" }
 }
 
-/// Whether only whole numbers make sense.
+/// Whether only whole numbers are valid.
 fn is_whole(field: &Field) -> bool {
     field.kind != Kind::Real
 }
 
-/// The functions that [`body`] calls: each hands on what is known to be wrong, or says what is.
+/// The functions that [`body`] calls: each returns the previous fault, or its own.
 pub(super) fn functions(real: Real, program: &Program) -> String {
     let leaves = program.steps.last().map(|top| top.parameters.leaves()).unwrap_or_default();
     let value = format!("{real} value, {real} minimum, {real} maximum");
@@ -33,14 +33,14 @@ pub(super) fn functions(real: Real, program: &Program) -> String {
             &whole,
             "a number out of its range, or not whole",
         ),
-        (!program.laws.laws.is_empty(), "law", "bool good", "", "a law between parameters that does not hold"),
+        (!program.laws.laws.is_empty(), "law", "bool good", "", "a violated law between parameters"),
     ];
     let mut out = String::new();
     for (_, name, arguments, condition, about) in all.into_iter().filter(|one| one.0) {
         let head =
             format!("static const char *stickslip_{name}(const char *fault, {arguments}, const char *message) {{");
         let good = if condition.is_empty() { String::new() } else { format!("    const bool good = {condition};\n") };
-        out += &format!("/* The first fault: that found before, or {about}. */\n{}", wrap("", &head));
+        out += &format!("/* The first fault: the given one, or {about}. */\n{}", wrap("", &head));
         out += &format!("{good}    return ((fault != NULL) || good) ? fault : message;\n}}\n\n");
     }
     out
@@ -70,7 +70,8 @@ pub(super) fn body(real: Real, program: &Program) -> (String, Needs) {
         needs.extend(&laws.needs);
         out += &laws.lines;
         for (law, condition) in program.laws.laws.iter().zip(conditions) {
-            let message = format!("{} must be {} what the others allow. {}", law.path, law.order.words(), law.remedy);
+            let (path, order) = (law.path.as_str(), law.order.words());
+            let message = format!("{path} must be {order} the limit that the other parameters set. {}", law.remedy);
             out += &wrap("    ", &format!("fault = stickslip_law(fault, {condition}, {});", string(&message)));
         }
     }
@@ -84,12 +85,12 @@ pub(crate) fn string(text: &str) -> String {
         if pieces.last().is_some_and(|piece| piece.len() + word.len() > 80) {
             pieces.push(String::new());
         }
-        pieces.last_mut().expect("it begins with one").push_str(word);
+        pieces.last_mut().expect("there is at least one piece").push_str(word);
     }
     format!("\"{}\"", pieces.join("\" \""))
 }
 
-/// Which values a parameter may have, without the unit: `1e-6 to 200`.
+/// The valid values of a parameter, without the unit: `1e-6 to 200`.
 pub(super) fn values(field: &Field) -> String {
     let noun = if field.kind == Kind::Whole { "a whole number, " } else { "" };
     let (least, most) = (number(field.minimum), number(field.maximum));

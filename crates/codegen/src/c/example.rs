@@ -1,10 +1,10 @@
-//! `main.c`: an example that runs the block and prints what it does.
+//! `main.c`: an example that runs the block and prints its signals.
 
 use super::excitation::{period, span};
 use super::text::{literal, number, path, wrap};
 use crate::record::{Real, Step};
 
-/// Steps that it runs.
+/// Number of steps.
 const STEPS: u32 = 400;
 
 /// The example, with steps of `dt` [s].
@@ -69,14 +69,14 @@ pub(super) fn main(real: Real, name: &str, step: &Step, dt: f64) -> String {
 fn triangle(real: Real) -> String {
     let [one, two, three, four] = [1.0, 2.0, 3.0, 4.0].map(|value| literal(real, value));
     format!(
-        "/* A wave between -1 and 1 that starts at 0 and rises; its period is so many steps. */\nstatic {real} \
+        "/* A triangle wave between -1 and 1 that starts at 0 and rises; its period is in steps. */\nstatic {real} \
          triangle(int step, int period) {{\n    const {real} quarters = ({four} * ({real})(step % period)) / \
          ({real})period;\n    const {real} falling = (quarters <= {three}) ? ({two} - quarters) : (quarters - {four});\n    \
          return (quarters <= {one}) ? quarters : falling;\n}}\n\n"
     )
 }
 
-/// Each input on its way through its span.
+/// A wave over the span of each input.
 fn inputs(real: Real, step: &Step) -> String {
     let mut out = String::new();
     for (i, (place, field)) in step.input.leaves().into_iter().enumerate() {

@@ -1,14 +1,13 @@
-//! What a block is driven with where no recording is at hand: each input within its range, or of a size that its unit
-//! suggests.
+//! Inputs of a block without a recording: each within its range, or of a size typical for its unit.
 
 use stickslip_core::fields::{Field, Kind};
 
-/// What an input may be.
+/// The span of an input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span {
     pub(super) low: f64,
     pub(super) high: f64,
-    /// Only whole numbers make sense.
+    /// Whether only whole numbers are valid.
     pub(super) whole: bool,
 }
 
@@ -33,7 +32,7 @@ impl Span {
     }
 }
 
-/// Steps in a period of an input, so that no two go together.
+/// Steps in a period of an input; different for all inputs.
 pub(super) fn period(input: usize) -> u32 {
     [100, 74, 58, 46, 34, 26, 22][input % 7]
 }
@@ -50,7 +49,7 @@ pub(super) fn triangle(step: u32, period: u32) -> f64 {
     }
 }
 
-/// Evenly spread between −1 and 1 without a pattern that a block would notice: multiples of an irrational number.
+/// Evenly spread between −1 and 1 without a period: multiples of an irrational number.
 pub(super) fn spread(step: u32, input: usize) -> f64 {
     let golden = 0.618_033_988_749_894_9;
     2.0 * (golden * (f64::from(step) + 1.0) + 0.414_213_562_373_095_1 * input as f64).fract() - 1.0

@@ -1,4 +1,4 @@
-//! The step as it is called: NaN and infinity come neither out nor into the state.
+//! The guarded step: neither outputs nor state become NaN or infinite.
 
 use super::interface::assign;
 use super::prose::comment;
@@ -6,20 +6,20 @@ use super::text::{literal, path, wrap};
 use crate::record::{Real, Step};
 use crate::tree::Tree;
 
-/// The type of what [`body`] returns; its cases are those of `stickslip_core::block::Status`.
+/// The return type of [`body`]; its cases are those of `stickslip_core::block::Status`.
 pub(super) fn status(name: &str) -> String {
     let case = |about: &str, constant: String| format!("{}    {constant}", comment("    ", &[about.into()]));
     let [ok, input, not_computed] = constants(name);
     let cases = [
-        case("The step was taken.", format!("{ok} = 0")),
-        case("The step was taken although an input is NaN or infinite: the block coped.", format!("{input} = 1")),
+        case("The step was computed.", format!("{ok} = 0")),
+        case("The step was computed although an input is NaN or infinite.", format!("{input} = 1")),
         case(
-            "The step was not taken, since a result would be NaN or infinite or dt is not positive and finite: the \
-             state is as before, every output is 0.",
+            "The step was not computed, since a result would be NaN or infinite or dt is not positive and finite: the \
+             state is unchanged, every output is 0.",
             format!("{not_computed} = 2"),
         ),
     ];
-    format!("/* What became of a step. */\ntypedef enum {{\n{}\n}} {name}_status;\n\n", cases.join(",\n"))
+    format!("/* Result of a step. */\ntypedef enum {{\n{}\n}} {name}_status;\n\n", cases.join(",\n"))
 }
 
 /// Names of the cases, in the order of their numbers.
@@ -50,12 +50,12 @@ pub(super) fn body(real: Real, name: &str, step: &Step) -> String {
     out += &format!("    {name}_raw_step({});\n", arguments.join(", "));
     let computed = [
         vec!["isfinite(dt)".into(), format!("(dt > {})", literal(real, 0.0))],
-        // What the step leaves as it is cannot have become wrong.
+        // Numbers that the step does not change need no check.
         finite("s", &step.state, |number| !step.keeps(number)),
         finite("out", &step.output, |_| true),
     ];
-    // No truth value of its own: clang would load the numbers side by side right after they were stored one by one,
-    // and wait.
+    // No separate truth value: clang would load the numbers as vectors right after they were stored one by one, and
+    // stall.
     out += &wrap("    ", &format!("if (!({})) {{", computed.concat().join(" && ")));
     if state {
         out += "        *s = before;\n";
@@ -71,9 +71,9 @@ pub(super) fn body(real: Real, name: &str, step: &Step) -> String {
     out + &format!("    }} else {{\n        status = {ok};\n    }}\n    return status;\n")
 }
 
-/// A condition for each number that counts.
+/// A condition for each number to be checked.
 fn finite(base: &str, tree: &Tree, counts: impl Fn(usize) -> bool) -> Vec<String> {
     let paths = tree.paths();
-    let counted = paths.iter().enumerate().filter(|(number, _)| counts(*number));
-    counted.map(|(_, names)| format!("isfinite({base}->{})", path(names))).collect()
+    let checked = paths.iter().enumerate().filter(|(number, _)| counts(*number));
+    checked.map(|(_, names)| format!("isfinite({base}->{})", path(names))).collect()
 }

@@ -1,9 +1,9 @@
-//! Larger, smaller, limited, sign: what several operations say together, written as one call.
+//! Maximum, minimum, clamp, sign: several operations written as one call.
 
 use super::text::literal;
 use crate::record::{Graph, Id, Node, Real};
 
-/// Several operations by the name that `stickslip_core::scalar::Scalar` has for them.
+/// Several operations under their name in `stickslip_core::scalar::Scalar`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Idiom {
     Max(Id, Id),
@@ -13,7 +13,7 @@ pub(super) enum Idiom {
     Sign(Id),
 }
 
-/// A function that C has for an [`Idiom`].
+/// The C function of an [`Idiom`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Helper {
     Max,
@@ -80,9 +80,9 @@ impl Helper {
     }
 }
 
-/// Finds them, and takes what they replace out of the counts of uses.
+/// Finds them, and removes the operations that they replace from the counts of uses.
 pub(super) fn find(graph: &Graph, uses: &mut [u32]) -> Vec<Option<Idiom>> {
-    let mut found = vec![None; graph.nodes.len()];
+    let mut idioms = vec![None; graph.nodes.len()];
     for (position, node) in graph.nodes.iter().enumerate() {
         let Node::Select(mask, yes, no) = *node else { continue };
         let Node::Less(a, b) = graph.node(mask) else { continue };
@@ -99,15 +99,15 @@ pub(super) fn find(graph: &Graph, uses: &mut [u32]) -> Vec<Option<Idiom>> {
             None
         };
         if let Some(Idiom::Sign(_)) = idiom {
-            // What the inner choice was needed for, the outer one still is: the number itself.
+            // The number itself, which the inner choice used, is still used.
             release(graph, uses, no);
             uses[b.index()] += 1;
         }
         if idiom.is_some() {
             release(graph, uses, mask);
         }
-        found[position] = match idiom {
-            Some(Idiom::Min(high, raised)) if uses[raised.index()] == 1 => match found[raised.index()] {
+        idioms[position] = match idiom {
+            Some(Idiom::Min(high, raised)) if uses[raised.index()] == 1 => match idioms[raised.index()] {
                 Some(Idiom::Max(low, x)) => {
                     uses[raised.index()] = 0;
                     Some(Idiom::Clamp(x, low, high))
@@ -117,18 +117,18 @@ pub(super) fn find(graph: &Graph, uses: &mut [u32]) -> Vec<Option<Idiom>> {
             _ => idiom,
         };
     }
-    found
+    idioms
 }
 
 /// `0 < x ? 1 : (x < 0 ? -1 : 0)`.
 fn is_sign(graph: &Graph, (zero, x): (Id, Id), yes: Id, no: Id) -> bool {
     let is = |id: Id, value: f64| graph.constant(id).is_some_and(|v| v.to_bits() == value.to_bits());
-    let Node::Select(mask, minus, nothing) = graph.node(no) else { return false };
+    let Node::Select(mask, minus, zero_branch) = graph.node(no) else { return false };
     let below = graph.node(mask) == Node::Less(x, zero);
-    is(zero, 0.0) && is(yes, 1.0) && below && is(minus, -1.0) && is(nothing, 0.0)
+    is(zero, 0.0) && is(yes, 1.0) && below && is(minus, -1.0) && is(zero_branch, 0.0)
 }
 
-/// One use less; what is not used at all uses nothing.
+/// One use less; an unused operation uses no operands.
 fn release(graph: &Graph, uses: &mut [u32], id: Id) {
     uses[id.index()] -= 1;
     if uses[id.index()] == 0 {

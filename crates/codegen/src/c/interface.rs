@@ -1,19 +1,19 @@
-//! What a caller sees: the structs, and the functions on them.
+//! The interface of a block: the structs, and the functions on them.
 
 use super::kernel::Needs;
 use super::{Printer, check, guard, prose, structs, text};
 use crate::record::Real;
 use crate::tree::Tree;
 
-/// A function that is called from outside.
+/// A public function.
 pub(super) struct Public {
-    /// What it does, in paragraphs.
+    /// Its description, in paragraphs.
     pub(super) about: Vec<String>,
     /// Its declaration, without the semicolon.
     pub(super) head: String,
     /// Its statements.
     pub(super) body: String,
-    /// The small functions that these call.
+    /// The helper functions that these call.
     pub(super) needs: Needs,
 }
 
@@ -25,9 +25,9 @@ impl Printer<'_> {
             "/* {}, written by stickslip. Change the model, not this file. */\n#ifndef {guard}\n#define {guard}\n\n",
             self.top.name
         );
-        let mut done = Vec::new();
+        let mut defined = Vec::new();
         for (kind, tree) in structs(self.top) {
-            out += &self.types.define(real, tree, &mut done);
+            out += &self.types.define(real, tree, &mut defined);
             let own = format!("{name}_{kind}");
             if let Some(shared) = self.types.name(tree).filter(|shared| *shared != own) {
                 out += &format!("typedef {shared} {own};\n\n");
@@ -41,7 +41,7 @@ impl Printer<'_> {
         out + &format!("#endif /* {guard} */\n")
     }
 
-    /// The functions that are called from outside.
+    /// The public functions.
     pub(super) fn interface(&self, real: Real) -> Vec<Public> {
         let name = self.name;
         let mut out = Vec::new();
@@ -50,26 +50,26 @@ impl Printer<'_> {
         };
         if self.top.parameters.numbers() > 0 {
             add(
-                "Sets the parameters to those that this file was written with.",
+                "Sets the parameters to their values at code generation.",
                 format!("void {name}_parameters_init({name}_parameters *p)"),
                 (assign(real, "p", &self.top.parameters, &self.program.parameters), Needs::default()),
             );
             add(
-                "NULL, or what is wrong with the parameters: the first fault that was found.",
+                "Returns NULL, or the first fault of the parameters.",
                 format!("const char *{name}_check(const {name}_parameters *p)"),
                 check::body(real, self.program),
             );
         }
         if self.top.state.numbers() > 0 {
             add(
-                "Sets the state to that before the first step.",
+                "Sets the state to its initial value.",
                 format!("void {name}_init({name}_state *s)"),
                 (assign(real, "s", &self.top.state, &self.program.start), Needs::default()),
             );
         }
         add(
             &format!(
-                "{}\n\nOne step of dt [s]. Whatever goes in, output and state are finite after it. The pointers must not \
+                "{}\n\nOne step of dt [s]. Output and state are finite after it for any input. The pointers must not \
                  overlap.",
                 self.top.help
             ),
@@ -80,10 +80,10 @@ impl Printer<'_> {
     }
 }
 
-/// What says of a program which code it has, declared and defined.
+/// The identification of the code in a program: declaration and definition.
 pub(super) fn epk(name: &str, text: &str) -> (String, String) {
-    let about = "Which code this is. A calibration tool compares it with that of its description; a linker that drops what \
-                 nobody uses must be told to keep it.";
+    let about = "Identification of this code. A calibration tool compares it with that of its description; a linker \
+    that drops unused symbols must be configured to keep it.";
     let length = text.len() + 1;
     let declaration =
         format!("{}extern const char {name}_epk[{length}];\n\n", prose::comment("", &prose::plain(about)));

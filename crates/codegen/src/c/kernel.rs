@@ -1,4 +1,4 @@
-//! What stands above the steps: the switches of the compiler, and the functions of one number.
+//! The part above the steps: compiler switches, and functions of one number.
 
 use super::body::{self, function_name};
 use super::idiom::Helper;
@@ -7,11 +7,11 @@ use crate::distinct::insert;
 use crate::record::{Function, Real, record_function};
 use stickslip_core::scalar::kernel;
 
-/// Comment, switches and includes; `code` is what follows.
+/// Comment, switches and includes; `code` is the rest of the file.
 pub(super) fn preamble(block: &str, name: &str, code: &str) -> String {
     let mut out = format!(
         "/* {block}, written by stickslip. Change the model, not this file.\n * Each operation rounds once, in this order: \
-         on every machine the results have the bits of the model. */\n"
+         the results have the bits of the model on every machine. */\n"
     );
     out += "#if defined(__clang__)\n#pragma STDC FP_CONTRACT OFF\n#elif defined(__GNUC__)\n\
             #pragma GCC optimize (\"fp-contract=off\")\n#endif\n\
@@ -34,7 +34,7 @@ pub(super) fn preamble(block: &str, name: &str, code: &str) -> String {
            #endif\n\n"
 }
 
-/// Small functions that are called.
+/// The helper functions of a code.
 #[derive(Clone, Default)]
 pub(super) struct Needs {
     /// Of one number; in order, each once.
@@ -58,7 +58,7 @@ impl Needs {
     }
 }
 
-/// The functions that are called, and those that they call.
+/// The called functions, and those that they call.
 pub(super) fn functions(real: Real, called: &Needs) -> String {
     let mut needs = called.clone();
     let mut out = String::new();
@@ -96,7 +96,7 @@ fn about(function: Function) -> &'static str {
     }
 }
 
-/// The two functions that see a number as bits, as in `stickslip_core::scalar`.
+/// The two functions that access the bits of a number, as in `stickslip_core::scalar`.
 fn on_bits(real: Real, function: Function) -> Option<String> {
     if !matches!(function, Function::PowerOfTwo | Function::Exponent) {
         return None;

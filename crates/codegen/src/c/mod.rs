@@ -1,7 +1,7 @@
 //! Prints a recorded block as C99.
 //!
-//! Each block is four structs and a function. An empty struct, which C does not have, is left out, also as an argument.
-//! The code needs no heap and no library besides `fabs`; it has no loop and no branch on a signal but `?:`.
+//! Each block is four structs and a function. Empty structs, which C does not have, are omitted, also as arguments. The
+//! code needs no heap and no library besides `fabs`; it has no loop and no branch on a signal but `?:`.
 
 mod body;
 mod call;
@@ -40,8 +40,8 @@ pub use ready::Ready;
 pub(crate) use text::{literal, path as identifier_path};
 use types::Types;
 
-/// Rules of MISRA C:2012 that the code does not keep, and why. The page of a project states them; a test holds cppcheck's
-/// findings against them.
+/// Deviations from MISRA C:2012, with reasons. The page of a project states them; a test compares them with the
+/// findings of cppcheck.
 pub const DEVIATIONS: [(&str, &str); 1] = [(
     "19.2",
     "A union shows the bits of a floating-point number as an integer, which C99 defines (6.5.2.3); the exponential and \
@@ -54,8 +54,8 @@ pub struct CSource {
     /// `NAME.h`: the structs, and
     ///
     /// ```c
-    /// void NAME_parameters_init(NAME_parameters *p);       /* the values that were given */
-    /// const char *NAME_check(const NAME_parameters *p);    /* NULL, or what is wrong with them */
+    /// void NAME_parameters_init(NAME_parameters *p);       /* the values at code generation */
+    /// const char *NAME_check(const NAME_parameters *p);    /* NULL, or the first fault */
     /// void NAME_init(NAME_state *s);                       /* the state at the start */
     /// NAME_status NAME_step(const NAME_parameters *p, NAME_state *s, const NAME_input *in, double dt,
     ///                       NAME_output *out);             /* stickslip_core::block::guarded */
@@ -64,12 +64,12 @@ pub struct CSource {
     pub header: String,
     /// `NAME.c`.
     pub source: String,
-    /// Which code this is: version, name and a hash of all else that both files say. A program has it as `NAME_epk`, where
+    /// Identification of the code: version, name and a hash of the rest of both files. It is `NAME_epk` in a program;
     /// calibration tools compare it with their description.
     pub epk: String,
 }
 
-/// A name that C would not take.
+/// A name that is not valid in C.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotAName(
     /// The name.
@@ -78,17 +78,22 @@ pub struct NotAName(
 
 impl std::fmt::Display for NotAName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "\"{}\" cannot name a C function: use letters, digits and _, a letter first, no keyword", self.0)
+        write!(
+            f,
+            "\"{}\" is not a valid name of a C function: use letters, digits and _, a letter first, no \
+            keyword",
+            self.0
+        )
     }
 }
 
 impl std::error::Error for NotAName {}
 
-/// Writes a block as C in the precision `F`, `f64` or `f32`. The choices in the parameters are made here; their numbers
-/// stay open, and `NAME_parameters_init` sets them to those given.
+/// Writes a block as C in the precision `F`, `f64` or `f32`. The choices in the parameters are fixed here; their
+/// numbers stay variable, and `NAME_parameters_init` sets them to the values of the block.
 ///
 /// # Errors
-/// If C would not take the name.
+/// If the name is not valid in C.
 pub fn generate<B, F>(parameters: &B, name: &str) -> Result<CSource, NotAName>
 where
     F: Precision,
@@ -101,7 +106,7 @@ where
 /// Writes a recorded block as C.
 ///
 /// # Errors
-/// If C would not take the name.
+/// If the name is not valid in C.
 pub fn print<F: Precision>(program: &Program, name: &str) -> Result<CSource, NotAName> {
     print_in(Real::of::<F>(), program, name)
 }
@@ -116,7 +121,7 @@ fn print_in(real: Real, program: &Program, name: &str) -> Result<CSource, NotANa
     let hash: String = hash[..8].iter().map(|byte| format!("{byte:02x}")).collect();
     let epk = format!("stickslip {} {name} {hash}", env!("CARGO_PKG_VERSION"));
     let (declaration, definition) = interface::epk(name, &epk);
-    // The declaration stands before the end of the guard.
+    // The declaration is before the end of the guard.
     let end = header.rfind("#endif").expect("a header is guarded");
     let header = format!("{}{declaration}{}", &header[..end], &header[end..]);
     Ok(CSource { header, source: source + &definition, epk })
@@ -126,7 +131,7 @@ struct Printer<'a> {
     program: &'a Program,
     top: &'a Step,
     name: &'a str,
-    /// What each step is called behind the prefix.
+    /// Name of each step after the prefix.
     labels: Vec<String>,
     types: Types,
 }
@@ -153,7 +158,7 @@ impl<'a> Printer<'a> {
         Printer { program, top, name, labels, types }
     }
 
-    /// The head of a step's function: what stands before the parenthesis, then the arguments.
+    /// The head of a step's function: the text before the parenthesis, then the arguments.
     fn head(&self, real: Real, step: &Step, function: &str) -> String {
         let mut arguments = Vec::new();
         for (kind, tree) in structs(step) {
@@ -193,12 +198,12 @@ impl<'a> Printer<'a> {
         }
         let kernels = kernel::functions(real, &needs);
         let mut types = String::new();
-        let mut done = Vec::new();
+        let mut defined = Vec::new();
         for (_, tree) in structs(self.top) {
-            self.types.define(real, tree, &mut done);
+            self.types.define(real, tree, &mut defined);
         }
         for (_, tree) in self.program.steps.iter().flat_map(structs) {
-            types += &self.types.define(real, tree, &mut done);
+            types += &self.types.define(real, tree, &mut defined);
         }
         let code = format!("{types}{kernels}{}{steps}", check::functions(real, self.program));
         format!("{}{code}", kernel::preamble(self.top.name, name, &code))
@@ -220,7 +225,7 @@ impl<'a> Printer<'a> {
     }
 }
 
-/// A name for each step: the block's, with its choices, with a number where several are called alike.
+/// A name for each step: the block's, with its choices, with a number if several have the same name.
 pub(crate) fn labels(steps: &[Step]) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for step in steps {

@@ -1,4 +1,4 @@
-//! What the numbers of a step are called: after their fields, where they have one.
+//! Names of the numbers of a step: those of their fields, if they have one.
 
 use super::body::{Body, Expression};
 use super::text;
@@ -6,17 +6,17 @@ use crate::record::{Node, Real, Source, Step};
 use crate::tree::Tree;
 
 impl Body<'_> {
-    /// What the numbers of state and output are called if they need a name.
+    /// Names of the numbers of state and output, if they need one.
     pub(super) fn name_results(&mut self, step: &Step) {
         for (path, id) in step.state.paths().iter().zip(&step.new_state) {
-            self.wanted_names[id.index()] = vec![format!("{}_next", last_name(path))];
+            self.preferred_names[id.index()] = vec![format!("{}_next", last_name(path))];
         }
         for (path, id) in step.output.paths().iter().zip(&step.results) {
-            self.wanted_names[id.index()] = vec![last_name(path), format!("{}_out", last_name(path))];
+            self.preferred_names[id.index()] = vec![last_name(path), format!("{}_out", last_name(path))];
         }
     }
 
-    /// Names for what is handed in. The state is read before anything is written to it.
+    /// Names of the arguments. The state is read before it is written.
     pub(super) fn load(&mut self, real: Real, trees: &[&Tree]) {
         let paths: Vec<Vec<String>> = trees.iter().map(|tree| tree.paths()).collect();
         for (position, node) in self.graph.nodes.iter().enumerate() {
@@ -27,7 +27,7 @@ impl Body<'_> {
             }
             let of = |kind: usize| paths[kind][number as usize].as_str();
             let (access, path, keep, suffix) = match source {
-                // Far down in its struct or needed often, a parameter is read more easily by its own name.
+                // A parameter that is nested or used often gets a name of its own.
                 Source::Parameters => ("p", of(0), uses > if of(0).contains('.') { 1 } else { 2 }, ""),
                 Source::Input => ("in", of(2), uses > 1, "_in"),
                 Source::State => ("s", of(1), true, ""),
@@ -42,7 +42,7 @@ impl Body<'_> {
                 let short = last_name(path);
                 let unique = among.iter().filter(|other| last_name(other) == short).count() == 1;
                 let name = if unique { short } else { last_names(path) };
-                self.wanted_names[position] = vec![name.clone(), format!("{name}{suffix}")];
+                self.preferred_names[position] = vec![name.clone(), format!("{name}{suffix}")];
                 self.assign(position, &text, real.c_name);
             } else {
                 self.expressions[position] = Some(Expression { text, atomic: true });
@@ -51,13 +51,13 @@ impl Body<'_> {
         self.blank_line();
     }
 
-    /// A name that is not taken: after the field if the number is one, `t1`, `t2`, … if not.
+    /// An unused name: that of the field if the number is one, else `t1`, `t2`, …
     pub(super) fn name(&mut self, position: usize) -> String {
-        let wanted = std::mem::take(&mut self.wanted_names[position]);
-        let numbered = wanted.last().cloned();
-        let mut wanted = wanted.into_iter();
+        let preferred = std::mem::take(&mut self.preferred_names[position]);
+        let numbered = preferred.last().cloned();
+        let mut preferred = preferred.into_iter();
         for attempt in 2.. {
-            let name = match (wanted.next(), &numbered) {
+            let name = match (preferred.next(), &numbered) {
                 (Some(name), _) => name,
                 (None, Some(name)) => format!("{name}_{attempt}"),
                 (None, None) => {
@@ -65,7 +65,7 @@ impl Body<'_> {
                     format!("t{}", self.temporaries)
                 }
             };
-            if text::is_identifier(&name) && self.taken.insert(name.clone()) {
+            if text::is_identifier(&name) && self.used_names.insert(name.clone()) {
                 return name;
             }
         }

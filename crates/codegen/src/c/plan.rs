@@ -1,4 +1,4 @@
-//! How a step hands structs to the blocks that it calls: which it passes on as they lie, which it puts together.
+//! How a step passes structs to the blocks that it calls: existing structs directly, others as new local structs.
 
 use super::text;
 use super::types::Types;
@@ -6,9 +6,9 @@ use super::uses::{count, results, sources};
 use crate::record::{Call, Id, Source, Step};
 use crate::tree::Tree;
 
-/// What a struct is initialised with, or passed as.
+/// Source of a struct that is initialised or passed.
 pub(super) enum Argument {
-    /// A struct that lies somewhere already: how to access it.
+    /// An existing struct: how to access it.
     Whole(Access),
     /// Part by part.
     Parts(Vec<(Option<String>, Argument)>),
@@ -47,12 +47,12 @@ impl Access {
     }
 }
 
-/// A call as it will be written.
+/// A planned call.
 pub(super) struct Planned {
-    /// What its local structs are called.
+    /// Prefix of its local structs.
     pub(super) name: String,
     pub(super) parameters: Option<Argument>,
-    /// Where its state lies, and what to put there first if it is a local struct.
+    /// Place of its state, and its initial value if it is a local struct.
     pub(super) state: Option<(Access, Option<Argument>)>,
     pub(super) input: Option<Argument>,
     pub(super) output: Option<Access>,
@@ -60,11 +60,11 @@ pub(super) struct Planned {
 
 /// All decisions about a step.
 pub(super) struct Plan {
-    /// `None` for a call whose results nobody needs.
+    /// `None` for a call without used results.
     pub(super) calls: Vec<Option<Planned>>,
-    /// How often each operation is needed as a number of its own.
+    /// Number of uses of each operation as a single number.
     pub(super) uses: Vec<u32>,
-    /// What to write at the end: the place and the number.
+    /// Stores at the end: the place and the number.
     pub(super) stores: Vec<(String, Id)>,
 }
 
@@ -76,7 +76,7 @@ impl Plan {
     }
 }
 
-/// Numbers that lie in memory as a struct.
+/// Numbers that are in memory as a struct.
 struct Object<'a> {
     access: Access,
     tree: &'a Tree,
@@ -114,14 +114,14 @@ pub(super) fn plan<'a>(step: &'a Step, steps: &'a [Step], labels: &[String], typ
             continue;
         }
         let callee = &steps[call.function];
-        let alike = |(other, called): (usize, &Call)| live[other] && called.function == call.function;
-        let all = graph.calls.iter().enumerate().filter(|c| alike(*c)).count();
-        let before = graph.calls.iter().enumerate().take(number).filter(|c| alike(*c)).count();
+        let same_function = |(other, other_call): (usize, &Call)| live[other] && other_call.function == call.function;
+        let all = graph.calls.iter().enumerate().filter(|c| same_function(*c)).count();
+        let before = graph.calls.iter().enumerate().take(number).filter(|c| same_function(*c)).count();
         let label = &labels[call.function];
         let name = if all == 1 { label.clone() } else { format!("{label}_{}", letters(before)) };
         let results = results(graph, number, callee.new_state.len() + callee.results.len());
         let (new_state, output) = results.split_at(callee.new_state.len());
-        // What the callee leaves as it is, is where it was.
+        // Numbers that the callee does not change stay at their place.
         let after = |i: usize| if callee.keeps(i) { call.state[i] } else { new_state[i] };
         let new_state: Vec<Id> = (0..new_state.len()).map(after).collect();
         let parameters = planner.argument(&callee.parameters, &call.parameters);
@@ -136,9 +136,9 @@ pub(super) fn plan<'a>(step: &'a Step, steps: &'a [Step], labels: &[String], typ
     }
 
     let mut stores = Vec::new();
-    let kept = planner.objects[2].ids.clone();
-    for ((path, id), lies) in step.state.paths().iter().zip(&step.new_state).zip(kept) {
-        if *id == lies {
+    let old_state = planner.objects[2].ids.clone();
+    for ((path, id), old_id) in step.state.paths().iter().zip(&step.new_state).zip(old_state) {
+        if *id == old_id {
             planner.uses[id.index()] -= 1;
         } else {
             stores.push((state.member(&text::path(path)), *id));
@@ -151,7 +151,7 @@ pub(super) fn plan<'a>(step: &'a Step, steps: &'a [Step], labels: &[String], typ
     Plan { calls, uses: planner.uses, stores }
 }
 
-/// a, b, … z, aa, ab, …: functions that are called alike have numbers already.
+/// a, b, … z, aa, ab, …: functions with the same name have numbers already.
 fn letters(number: usize) -> String {
     let last = char::from(b'a' + (number % 26) as u8);
     if number < 26 { last.into() } else { format!("{}{last}", letters(number / 26 - 1)) }
@@ -162,7 +162,7 @@ impl<'a> Planner<'a> {
         self.objects.push(Object { access, tree, ids, state });
     }
 
-    /// Where these numbers lie side by side as the same struct: which object, from which number on, and its path.
+    /// The place of these numbers as one struct: object, first number, and path.
     fn find(&self, tree: &Tree, ids: &[Id], state: bool) -> Option<(usize, usize, Access)> {
         self.objects.iter().enumerate().filter(|(_, object)| object.state == state).find_map(|(number, object)| {
             object.tree.parts().into_iter().find_map(|(path, first, part)| {
@@ -206,7 +206,7 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// In place where the old state lies as a struct, which then holds the new one; else in a local struct.
+    /// In place if the old state is a struct, which then holds the new one; else in a local struct.
     fn state(&mut self, tree: &'a Tree, old: &[Id], new: &[Id], name: &str) -> Option<(Access, Option<Argument>)> {
         if old.is_empty() {
             return None;

@@ -7,12 +7,12 @@ use super::vectors::{self, Vector};
 use super::{NotAName, example, page, print_in, selftest};
 use crate::record::{self, Precision, Program, Real, Recorded};
 
-/// What is written into one folder.
+/// The files of one folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Project {
     /// Names and texts: `NAME.h`, `NAME.c`, `NAME_selftest.h`, `NAME_selftest.c`, `main.c`, `README.md`.
     pub files: Vec<(String, String)>,
-    /// What was recorded.
+    /// The recorded program.
     pub program: Program,
 }
 
@@ -23,11 +23,11 @@ impl Project {
     }
 }
 
-/// Writes a block as a project in C, in the precision `F`: the code with a self-test, an example that runs, and a page
-/// about it. `step` is the time step [s] of self-test and example.
+/// Writes a block as a project in C, in the precision `F`: the code with a self-test, a runnable example, and a page.
+/// `step` is the time step [s] of self-test and example.
 ///
 /// # Errors
-/// If C would not take the name.
+/// If the name is not valid in C.
 pub fn project<B, F>(block: &B, name: &str, step: f64) -> Result<Project, NotAName>
 where
     F: Precision,
@@ -42,12 +42,12 @@ where
 /// The same of a program that was recorded without a block, in `double`: see [`record::record_declared`].
 ///
 /// # Errors
-/// If C would not take the name.
+/// If the name is not valid in C.
 pub fn project_of(program: Program, name: &str, step: f64) -> Result<Project, NotAName> {
     evaluated::<f64>(program, name, step)
 }
 
-/// The project of a program in the precision that it was recorded in; the program itself makes the vectors of the
+/// The project of a program in the precision that it was recorded in; the program itself computes the vectors of the
 /// self-test.
 pub(super) fn evaluated<F: Precision>(program: Program, name: &str, step: f64) -> Result<Project, NotAName> {
     let vectors = vectors::of_program::<F>(&program, step);

@@ -1,17 +1,17 @@
-//! Comments: what the documentation of the model says, as plain text.
+//! Comments: the documentation of the model as plain text.
 
 use super::text::WIDTH;
 
-/// Documentation as paragraphs of plain text. A line that is set apart by two spaces, as an equation is, stays a line of
-/// its own, and so does an item of a list.
+/// Documentation as paragraphs of plain text. A line that is indented by two spaces, such as an equation, stays a
+/// separate line, and so does an item of a list.
 pub(crate) fn plain(markdown: &str) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     let mut ended = true;
     for line in markdown.lines().filter(|line| !line.trim_start().starts_with("```")) {
         let text = without_marks(line);
-        let kept = line.starts_with("  ") || line.starts_with("- ");
+        let separate = line.starts_with("  ") || line.starts_with("- ");
         match out.last_mut() {
-            Some(paragraph) if !ended && !kept && !text.trim().is_empty() => {
+            Some(paragraph) if !ended && !separate && !text.trim().is_empty() => {
                 paragraph.push(' ');
                 paragraph.push_str(text.trim());
             }
@@ -27,24 +27,24 @@ pub(crate) fn plain(markdown: &str) -> Vec<String> {
 /// Without the marks of Markdown: `[`Stribeck`](super::Stribeck)` is `Stribeck`; `u[k]` and `[rad]` stay.
 fn without_marks(line: &str) -> String {
     let mut out = String::new();
-    let mut rest = line;
-    while let Some(open) = rest.find('[') {
-        let (before, bracket) = rest.split_at(open);
+    let mut remainder = line;
+    while let Some(open) = remainder.find('[') {
+        let (before, bracket) = remainder.split_at(open);
         out.push_str(before);
         let close = bracket.find(']').unwrap_or(bracket.len() - 1);
         let (inside, after) = (&bracket[1..close.max(1)], &bracket[close + 1..]);
         if let Some(end) = after.strip_prefix('(').and_then(|target| target.find(')')) {
             out.push_str(inside);
-            rest = &after[end + 2..];
+            remainder = &after[end + 2..];
         } else if inside.starts_with('`') {
             out.push_str(inside);
-            rest = after;
+            remainder = after;
         } else {
             out.push('[');
-            rest = &bracket[1..];
+            remainder = &bracket[1..];
         }
     }
-    out.push_str(rest);
+    out.push_str(remainder);
     out.replace("**", "").replace('`', "")
 }
 

@@ -1,4 +1,5 @@
-//! Blocks whose projects are compiled with this crate: whoever generates code calls them, and compiles none of it.
+//! Blocks whose projects are compiled with this crate: crates that generate code call them without compiling them
+//! again.
 
 use stickslip_core::control::compensation::{Compensation, StictionHold};
 use stickslip_core::control::{
@@ -14,19 +15,19 @@ use super::NotAName;
 use super::project::{Project, evaluated};
 use crate::record::record;
 
-/// A block with its parameters, ready to become a project. The vectors of its self-test are made by the recorded program,
-/// so that this crate compiles the block over one kind of number only; tests compare them with those of the block.
+/// A block with its parameters, ready to become a project. The recorded program computes the vectors of its self-test,
+/// so that this crate compiles the block only over one kind of number; tests compare them with those of the block.
 pub trait Ready {
     /// [`project`](super::project) in `double`.
     ///
     /// # Errors
-    /// If C would not take the name.
+    /// If the name is not valid in C.
     fn double(&self, name: &str, step: f64) -> Result<Project, NotAName>;
 
     /// [`project`](super::project) in `float`.
     ///
     /// # Errors
-    /// If C would not take the name.
+    /// If the name is not valid in C.
     fn single(&self, name: &str, step: f64) -> Result<Project, NotAName>;
 }
 

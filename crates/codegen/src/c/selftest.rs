@@ -1,6 +1,6 @@
-//! `NAME_selftest`: recomputes stored vectors and names the first result that differs.
+//! `NAME_selftest`: recomputes stored vectors and reports the first different result.
 //!
-//! What the pragmas of the source cannot forbid a compiler, or a processor that was set up wrongly, it shows.
+//! It detects compilers and processor settings that change results despite the pragmas of the source.
 
 use super::guard::constants;
 use super::prose::comment;
@@ -9,7 +9,7 @@ use super::vectors::{STEPS, Vector};
 use crate::record::{Real, Step};
 use crate::tree::Tree;
 
-/// State of at most so many numbers is compared after every step, more of it after every tenth.
+/// A state of at most this size is compared after every step, a larger one after every tenth.
 const SMALL: usize = 8;
 
 /// `NAME_selftest.h`.
@@ -35,7 +35,7 @@ pub(super) fn source(real: Real, name: &str, step: &Step, vectors: &[Vector]) ->
         "/* Self-test of {name}, written by stickslip. Change the model, not this file. */\n#include \
          \"{name}_selftest.h\"\n\n#include \"{name}.h\"\n\n#include <stddef.h>\n#include <stdint.h>\n\n"
     );
-    out += "/* A step: what goes in and what comes out, each number as its bits. */\ntypedef struct {\n";
+    out += "/* A step: inputs and outputs, each number as its bits. */\ntypedef struct {\n";
     out += &format!("    {word} dt;\n");
     for (member, length) in [("in", inputs), ("out", outputs)].into_iter().filter(|m| m.1 > 0) {
         out += &format!("    {word} {member}[{length}];\n");
@@ -47,7 +47,7 @@ pub(super) fn source(real: Real, name: &str, step: &Step, vectors: &[Vector]) ->
     out + &function(name, real, step, &tables(real, word, name, step, vectors, every), every)
 }
 
-/// Vectors, states and names, as they stand in the function.
+/// Vectors, states and names, as static constants of the function.
 fn tables(real: Real, word: &str, name: &str, step: &Step, vectors: &[Vector], every: usize) -> String {
     let states = step.state.numbers();
     let mut out = format!("    static const {name}_vector vectors[{STEPS}] = {{\n");

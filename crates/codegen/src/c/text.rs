@@ -2,10 +2,10 @@
 
 use crate::record::Real;
 
-/// Longest line that is written where it can be broken.
+/// Longest line, as far as lines can be broken.
 pub(super) const WIDTH: usize = 110;
 
-/// Words that C keeps for itself, and those that the code calls.
+/// Reserved words of C, and names that the code uses.
 const KEYWORDS: [&str; 46] = [
     "auto", "bool", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
     "fabs", "fabsf", "false", "float", "for", "goto", "if", "in", "inline", "int", "isfinite", "isnan", "long", "main",
@@ -13,7 +13,7 @@ const KEYWORDS: [&str; 46] = [
     "true", "typedef", "union", "unsigned", "void", "volatile", "while",
 ];
 
-/// Whether C takes it as a name.
+/// Whether it is a valid name in C.
 pub(super) fn is_identifier(text: &str) -> bool {
     let mut characters = text.chars();
     characters.next().is_some_and(|c| c.is_ascii_alphabetic())
@@ -21,12 +21,12 @@ pub(super) fn is_identifier(text: &str) -> bool {
         && !KEYWORDS.contains(&text)
 }
 
-/// A field's name as C takes it.
+/// A field's name as a valid name in C.
 pub(super) fn identifier(name: &str) -> String {
     if KEYWORDS.contains(&name) { format!("{name}_") } else { name.replace('-', "_") }
 }
 
-/// `friction.elements[2].default` with each name as C takes it.
+/// `friction.elements[2].default` with each name valid in C.
 pub(crate) fn path(path: &str) -> String {
     let segment = |text: &str| {
         let end = text.find('[').unwrap_or(text.len());
@@ -61,35 +61,35 @@ pub(crate) fn literal(real: Real, value: f64) -> String {
     }
 }
 
-/// A number as a reader knows it: `1e12` and `2e-5`, but `1000` and `0.001`.
+/// A number for readers: `1e12` and `2e-5`, but `1000` and `0.001`.
 pub(super) fn number(value: f64) -> String {
     shorter(format!("{value}"))
 }
 
-/// In powers of ten where that is clearly shorter.
+/// In powers of ten if that is clearly shorter.
 fn shorter(plain: String) -> String {
     let scientific = plain.parse().map(|decimal: f64| format!("{decimal:e}"));
     scientific.ok().filter(|text| text.len() + 2 < plain.len()).unwrap_or(plain)
 }
 
-/// A statement, broken where it is least nested until the lines fit.
+/// A statement, broken at the lowest nesting until the lines fit.
 pub(super) fn wrap(indent: &str, statement: &str) -> String {
     let mut out = String::new();
-    let mut rest = statement;
+    let mut remainder = statement;
     let mut margin = indent.to_string();
-    while margin.len() + rest.len() > WIDTH {
-        // Where nothing within the width admits a break, the first place behind it.
-        let found = (WIDTH - margin.len()..=rest.len()).find_map(|width| break_before(rest, width));
-        let Some(at) = found else { break };
-        out.push_str(&format!("{margin}{}\n", &rest[..at]));
-        rest = &rest[at + 1..];
+    while margin.len() + remainder.len() > WIDTH {
+        // Without a possible break within the width, the first one after it.
+        let position = (WIDTH - margin.len()..=remainder.len()).find_map(|width| break_before(remainder, width));
+        let Some(at) = position else { break };
+        out.push_str(&format!("{margin}{}\n", &remainder[..at]));
+        remainder = &remainder[at + 1..];
         margin = format!("{indent}    ");
     }
-    format!("{out}{margin}{rest}\n")
+    format!("{out}{margin}{remainder}\n")
 }
 
-/// The space before an operator or behind a comma, within the width, with the fewest parentheses open; rather not near
-/// the begin, never within a string.
+/// The space before an operator or behind a comma, within the width, with the fewest open parentheses; preferably not
+/// near the start, never within a string.
 fn break_before(text: &str, width: usize) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut depth = 0;
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_that_c_keeps_for_itself_are_changed() {
+    fn reserved_words_of_c_are_changed() {
         assert_eq!(path("a.default.in[2].b"), "a.default_.in_[2].b");
         assert!(is_identifier("tick") && !is_identifier("double") && !is_identifier("2x") && !is_identifier("a-b"));
         assert_eq!(

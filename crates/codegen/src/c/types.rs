@@ -8,35 +8,35 @@ use crate::tree::{Member, Tree};
 /// The structs that have a name.
 #[derive(Default)]
 pub(super) struct Types {
-    named: Vec<(String, Tree)>,
+    names: Vec<(String, Tree)>,
 }
 
 impl Types {
-    /// Gives a struct a name, unless an equal one has one already.
+    /// Gives a struct a name, unless an equal one has a name.
     pub(super) fn register(&mut self, name: String, tree: &Tree) {
         if tree.numbers() > 0 && self.name(tree).is_none() {
-            self.named.push((name, tree.clone()));
+            self.names.push((name, tree.clone()));
         }
     }
 
     /// The name of a struct.
     pub(super) fn name(&self, tree: &Tree) -> Option<&str> {
-        self.named.iter().find(|(_, known)| known == tree).map(|(name, _)| name.as_str())
+        self.names.iter().find(|(_, other)| other == tree).map(|(name, _)| name.as_str())
     }
 
-    /// The definition of a struct and of the named ones within, each unless it is in `done`.
-    pub(super) fn define(&self, real: Real, tree: &Tree, done: &mut Vec<String>) -> String {
+    /// The definition of a struct and of the named ones within, without those in `defined`.
+    pub(super) fn define(&self, real: Real, tree: &Tree, defined: &mut Vec<String>) -> String {
         let mut out = String::new();
         for (path, _, part) in tree.parts() {
             if !path.is_empty() && self.name(part).is_some() {
-                out += &self.define(real, part, done);
+                out += &self.define(real, part, defined);
             }
         }
         if let Some(name) = self.name(tree).map(String::from)
-            && !done.contains(&name)
+            && !defined.contains(&name)
         {
             out += &format!("typedef struct {{\n{}}} {name};\n\n", self.members(real, tree, "    "));
-            done.push(name);
+            defined.push(name);
         }
         out
     }

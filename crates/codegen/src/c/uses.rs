@@ -1,9 +1,9 @@
-//! Where the numbers of a graph are, and how often they are needed.
+//! Positions of the numbers of a graph, and their numbers of uses.
 
 use crate::record::{Graph, Id, Node, Source};
 use crate::tree::Tree;
 
-/// The positions of the numbers of a source; of those that no operation needs, a position that none has.
+/// The positions of the numbers of a source; unused numbers have an invalid position.
 pub(super) fn sources(graph: &Graph, source: Source, tree: &Tree) -> Vec<Id> {
     let mut out = vec![Id(u32::MAX); tree.numbers()];
     for (position, node) in graph.nodes.iter().enumerate() {
@@ -16,7 +16,7 @@ pub(super) fn sources(graph: &Graph, source: Source, tree: &Tree) -> Vec<Id> {
     out
 }
 
-/// The positions of the numbers that a call gives, likewise.
+/// The positions of the results of a call, likewise.
 pub(super) fn results(graph: &Graph, call: usize, numbers: usize) -> Vec<Id> {
     let mut out = vec![Id(u32::MAX); numbers];
     for (position, node) in graph.nodes.iter().enumerate() {
@@ -29,14 +29,14 @@ pub(super) fn results(graph: &Graph, call: usize, numbers: usize) -> Vec<Id> {
     out
 }
 
-/// How often each operation is used by those that the roots need, and which calls are.
+/// Number of uses of each operation by the operations that the roots require, and which calls are used.
 pub(super) fn count<'a>(graph: &Graph, roots: impl IntoIterator<Item = &'a Id>) -> (Vec<u32>, Vec<bool>) {
     let mut uses = vec![0u32; graph.nodes.len()];
     let mut live = vec![false; graph.calls.len()];
     for root in roots {
         uses[root.index()] += 1;
     }
-    // Operands stand before their results: from the end, each operation is complete when it is met.
+    // Operands are before their results: from the end, each operation is complete when it is visited.
     for position in (0..graph.nodes.len()).rev() {
         if uses[position] == 0 {
             continue;

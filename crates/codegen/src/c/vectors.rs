@@ -1,4 +1,4 @@
-//! The vectors of the self-test: what the model makes of a short run that meets everything a block may meet.
+//! The vectors of the self-test: the results of the model in a short run with all kinds of inputs.
 
 use stickslip_core::block::{Block, Status, guarded};
 use stickslip_core::fields::{Fields, each};
@@ -7,14 +7,14 @@ use super::excitation::{period, span, spread, triangle};
 use crate::record::{Precision, Program, Real};
 use crate::tree::Tree;
 
-/// Zeros, subnormals, what overflows, and what is no number.
+/// Zeros, subnormals, values that overflow, and non-finite values.
 const SPECIAL: [f64; 12] =
     [0.0, -0.0, 5e-324, -5e-324, 1e-310, 1e-40, -1e-40, 1e38, -1e300, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
-/// Steps that sweep, that jump, and that jump by a millionth; then come the special values, one a step.
+/// Steps with sweeps, with jumps, and with jumps by a millionth; then one special value per step.
 const SWEEP: u32 = 20;
 const JUMP: u32 = 30;
 const TINY: u32 = 36;
-/// Steps in all; the two last have a time step that is none.
+/// Number of steps; the last two have an invalid time step.
 pub(super) const STEPS: u32 = TINY + SPECIAL.len() as u32 + 2;
 
 /// A step of the model: numbers of its precision.
@@ -29,13 +29,13 @@ pub(super) struct Vector {
 /// The run of a block from its state at the start, by steps of `dt` [s].
 pub(super) fn vectors<F: Precision, B: Block<F, Input: Default>>(block: &B, dt: f64) -> Vec<Vector> {
     let mut state = B::State::default();
-    let mut given = B::Input::default();
-    run(Real::of::<F>(), &Tree::of(&given), dt, &mut |input, dt| {
+    let mut values = B::Input::default();
+    run(Real::of::<F>(), &Tree::of(&values), dt, &mut |input, dt| {
         let mut numbers = input.iter();
-        each(&mut given, &mut |number| {
+        each(&mut values, &mut |number| {
             *number = F::of(*numbers.next().expect("a struct has as many numbers as its tree"));
         });
-        let (output, status) = guarded(block, &mut state, given, F::of(dt));
+        let (output, status) = guarded(block, &mut state, values, F::of(dt));
         (list(&output), list(&state), status)
     })
 }

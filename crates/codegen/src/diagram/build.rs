@@ -1,7 +1,7 @@
 //! From the operations of a step to nodes and wires.
 //!
-//! A struct that lies somewhere as a whole is one wire, a bus; else it is fed member by member. Where all members are
-//! chosen by the same mask, one switch chooses the bus.
+//! A struct with one source is one wire, a bus; else it is connected member by member. If all members are chosen by the
+//! same mask, one switch chooses the bus.
 
 mod bus;
 mod finish;
@@ -14,10 +14,10 @@ use super::{Bound, End, Kind, Node, Page, Port, Wire};
 use crate::record::{self, Id, Source, Step};
 use crate::tree::Tree;
 
-/// Which struct a port is a part of.
+/// Struct of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// None: a signal of an operation.
+    /// No struct: a signal of an operation.
     Signal,
     /// The parameters.
     Parameters,
@@ -29,7 +29,7 @@ pub enum Role {
     Output,
 }
 
-/// A struct that lies somewhere: who has it.
+/// A struct with its source.
 struct Producer<'a> {
     node: usize,
     role: Role,
@@ -37,16 +37,16 @@ struct Producer<'a> {
     ids: Vec<Id>,
 }
 
-/// A struct that is wanted somewhere.
-struct Wanted<'a> {
+/// A struct that is required by a node.
+struct Required<'a> {
     node: usize,
     role: Role,
     part: Part<'a>,
-    /// The numbers of the whole struct; the part takes its own.
+    /// The numbers of the whole struct; the part uses its own.
     ids: &'a [Id],
 }
 
-impl Wanted<'_> {
+impl Required<'_> {
     fn ids(&self) -> &[Id] {
         &self.ids[self.part.first..self.part.first + self.part.count()]
     }
@@ -58,13 +58,13 @@ struct Builder<'a> {
     nodes: Vec<Node>,
     wires: Vec<Wire>,
     producers: Vec<Producer<'a>>,
-    /// The producer and place of a number that lies in a struct.
+    /// The producer and place of a number of a struct.
     lies: HashMap<Id, (usize, usize)>,
     /// The node of an operation.
     operation: HashMap<Id, usize>,
 }
 
-/// Stand for the whole input and the whole state, until it is known which parts are wanted.
+/// Placeholders of the whole input and state, until the required parts are known.
 const INPUT: usize = 0;
 const STATE: usize = 1;
 
@@ -85,14 +85,14 @@ pub(super) fn page<'a>(steps: &'a [Step], step: &'a Step, label: String) -> Page
     builder.node(Kind::Delay, Vec::new());
     builder.produce(INPUT, Role::Input, &step.input, &|place| record::Node::Source(Source::Input, place));
     builder.produce(STATE, Role::State, &step.state, &|place| record::Node::Source(Source::State, place));
-    let mut wanted = builder.calls(steps);
-    let whole = |node, role, tree, ids| Wanted { node, role, part: Part::whole(tree), ids };
-    wanted.push(whole(STATE, Role::State, &step.state, &step.new_state));
+    let mut required = builder.calls(steps);
+    let whole = |node, role, tree, ids| Required { node, role, part: Part::whole(tree), ids };
+    required.push(whole(STATE, Role::State, &step.state, &step.new_state));
     let output = builder.node(Kind::Output, Vec::new());
-    wanted.push(whole(output, Role::Output, &step.output, &step.results));
-    wanted.iter().for_each(|wanted| builder.find_switches(wanted.part.clone(), wanted.ids));
+    required.push(whole(output, Role::Output, &step.output, &step.results));
+    required.iter().for_each(|required| builder.find_switches(required.part.clone(), required.ids));
     builder.operations();
-    wanted.iter().for_each(|wanted| builder.feed(wanted));
+    required.iter().for_each(|required| builder.feed(required));
     builder.finish(label, output)
 }
 
@@ -104,11 +104,11 @@ impl<'a> Builder<'a> {
         self.nodes.len() - 1
     }
 
-    /// Notes that a struct of these operations lies at a node.
+    /// Registers a node as the source of a struct of these operations.
     fn produce(&mut self, node: usize, role: Role, tree: &'a Tree, operation: &dyn Fn(u32) -> record::Node) {
         let mut ids = vec![Id(u32::MAX); tree.numbers()];
-        for (position, known) in self.step.graph.nodes.iter().enumerate() {
-            let place = match known {
+        for (position, other) in self.step.graph.nodes.iter().enumerate() {
+            let place = match other {
                 record::Node::Source(_, place) | record::Node::Result(_, place) => *place,
                 _ => continue,
             };
@@ -117,7 +117,7 @@ impl<'a> Builder<'a> {
                 record::Node::Result(_, first) => first,
                 _ => 0,
             };
-            if place >= first && ((place - first) as usize) < ids.len() && operation(place - first) == *known {
+            if place >= first && ((place - first) as usize) < ids.len() && operation(place - first) == *other {
                 ids[(place - first) as usize] = Id(position as u32);
             }
         }
@@ -137,9 +137,9 @@ impl<'a> Builder<'a> {
         self.producers.push(Producer { node, role, tree, ids });
     }
 
-    /// A box for each call that is needed; what each wants.
-    fn calls(&mut self, steps: &'a [Step]) -> Vec<Wanted<'a>> {
-        let mut wanted = Vec::new();
+    /// A box for each used call; the structs that each requires.
+    fn calls(&mut self, steps: &'a [Step]) -> Vec<Required<'a>> {
+        let mut required = Vec::new();
         let step = self.step;
         for (number, call) in step.graph.calls.iter().enumerate() {
             if !self.reading.live[number] {
@@ -160,14 +160,14 @@ impl<'a> Builder<'a> {
                 (Role::Input, &callee.input, &call.input),
             ] {
                 if role != Role::State || keeps.is_none() {
-                    wanted.push(Wanted { node, role, part: Part::whole(tree), ids });
+                    required.push(Required { node, role, part: Part::whole(tree), ids });
                 }
             }
         }
-        wanted
+        required
     }
 
-    /// The part of the page's parameters that a call has; empty if they are put together for it.
+    /// The part of the page's parameters that a call uses; empty if they are assembled for it.
     fn part_of_parameters(&self, tree: &Tree, ids: &[Id]) -> String {
         let graph = &self.step.graph;
         let lies = |part: &Part| {
@@ -178,17 +178,17 @@ impl<'a> Builder<'a> {
         part.map_or(String::new(), |part| part.path)
     }
 
-    /// Where a call's state lies within the page's, if nobody else reads or changes it.
+    /// Place of a call's state within the page's, if nothing else reads or changes it.
     fn keeps(&self, state: &[Id], call: usize) -> Option<usize> {
         let graph = &self.step.graph;
         let record::Node::Source(Source::State, first) = graph.node(*state.first()?) else { return None };
         let first = first as usize;
-        let kept = state.iter().zip(first..).enumerate().all(|(number, (id, place))| {
+        let in_place = state.iter().zip(first..).enumerate().all(|(number, (id, place))| {
             let new = self.step.new_state[place];
             let uses = |id: Id| self.reading.uses[id.index()];
             graph.node(*id) == record::Node::Source(Source::State, place as u32)
                 && if new == *id {
-                    // The call leaves it as it is, and so does the page.
+                    // Neither the call nor the page changes it.
                     uses(new) == 2
                 } else {
                     graph.node(new) == record::Node::Result(call as u32, number as u32)
@@ -196,7 +196,7 @@ impl<'a> Builder<'a> {
                         && uses(new) == 1
                 }
         });
-        kept.then_some(first)
+        in_place.then_some(first)
     }
 
     fn connect(&mut self, from: End, node: usize, port: Port) {
@@ -205,11 +205,11 @@ impl<'a> Builder<'a> {
         self.wires.push(Wire { from, to });
     }
 
-    /// Wires for a struct: one if it lies as a whole, else those of its members. Parameters that depend on no signal
-    /// and state that stays have none.
-    fn feed(&mut self, wanted: &Wanted<'a>) {
-        let Wanted { node, role, part, .. } = wanted;
-        let ids = wanted.ids();
+    /// Wires for a struct: one if it has one source, else those of its members. Parameters that depend on no signal and
+    /// unchanged state have none.
+    fn feed(&mut self, required: &Required<'a>) {
+        let Required { node, role, part, .. } = required;
+        let ids = required.ids();
         let stays =
             |(id, place): (&Id, usize)| self.step.graph.node(*id) == record::Node::Source(Source::State, place as u32);
         let hidden = match role {
@@ -226,10 +226,10 @@ impl<'a> Builder<'a> {
             tree => self.lying(tree, ids).map(|(producer, part)| self.leave(producer, &part)),
         };
         match from {
-            Some(from) => self.connect(from, *node, port(*role, part, wanted.ids)),
+            Some(from) => self.connect(from, *node, port(*role, part, required.ids)),
             None => {
                 for part in part.members() {
-                    self.feed(&Wanted { part, node: *node, role: *role, ids: wanted.ids });
+                    self.feed(&Required { part, node: *node, role: *role, ids: required.ids });
                 }
             }
         }
@@ -250,7 +250,7 @@ fn signal(numbers: Vec<Id>) -> Port {
     Port { name: String::new(), symbol: String::new(), unit: "", role: Role::Signal, first: 0, numbers }
 }
 
-/// What a number is called that is the whole input or output.
+/// Symbol of a number that is the whole input or output.
 fn bare(role: Role) -> &'static str {
     match role {
         Role::Input => "u",
@@ -267,7 +267,7 @@ fn port(role: Role, part: &Part, ids: &[Id]) -> Port {
 }
 
 impl Kind {
-    /// How many wires end at an operation of this kind.
+    /// Number of wires that end at an operation of this kind.
     pub fn arity(&self) -> Option<usize> {
         Some(match self {
             Kind::Constant(_) => 0,

@@ -1,6 +1,6 @@
-//! Which operations together are one block of a diagram.
+//! Grouping of operations to blocks of a diagram.
 //!
-//! Each rule keeps the bits: a sum adds from left to right, and is turned round only where addition commutes.
+//! Each rule keeps the bits: a sum adds from left to right, and is reordered only where addition commutes.
 
 mod choice;
 
@@ -11,20 +11,20 @@ pub(super) use choice::{extreme, sign};
 /// Most terms of one summing point.
 const TERMS: usize = 6;
 
-/// A graph with what is known of each operation.
+/// A graph with properties of each operation.
 pub(super) struct Reading<'a> {
     pub(super) graph: &'a Graph,
-    /// How often the live operations and the roots use it.
+    /// Number of uses by the live operations and the roots.
     pub(super) uses: Vec<u32>,
     /// Whether it depends on no signal.
     pub(super) fixed: Vec<bool>,
-    /// Whether anybody needs the call.
+    /// Whether the call is used.
     pub(super) live: Vec<bool>,
     /// Whether it belongs to a switch of a whole bus.
     pub(super) bundled: Vec<bool>,
 }
 
-/// An operation as it is drawn.
+/// A drawn operation.
 pub(super) struct Shape {
     pub(super) kind: Kind,
     pub(super) operands: Vec<Id>,
@@ -57,24 +57,29 @@ impl<'a> Reading<'a> {
         self.fixed[id.index()]
     }
 
-    /// Whether nobody else than a pattern, which uses it so many times, needs a signal.
+    /// Whether a signal is used only by a pattern, which uses it this number of times.
     fn own(&self, id: Id, uses: u32) -> bool {
         !self.is_fixed(id) && self.uses[id.index()] == uses && !self.bundled[id.index()]
     }
 
     /// The live operations that are drawn as nodes of their own.
     pub(super) fn shapes(&self) -> Vec<Shape> {
-        let mut taken = vec![false; self.graph.nodes.len()];
+        let mut covered_before = vec![false; self.graph.nodes.len()];
         let mut out = Vec::new();
-        // Users first, so that what they take in is known.
+        // Users first, so that the operations that they include are known.
         for position in (0..self.graph.nodes.len()).rev() {
             let id = Id(position as u32);
             let drawn = !matches!(self.graph.node(id), Node::Source(..) | Node::Result(..));
-            if self.uses[position] == 0 || self.is_fixed(id) || taken[position] || self.bundled[position] || !drawn {
+            if self.uses[position] == 0
+                || self.is_fixed(id)
+                || covered_before[position]
+                || self.bundled[position]
+                || !drawn
+            {
                 continue;
             }
             let shape = self.shape(id);
-            shape.covers.iter().for_each(|covered| taken[covered.index()] = true);
+            shape.covers.iter().for_each(|covered| covered_before[covered.index()] = true);
             out.push(shape);
         }
         out.reverse();
@@ -105,7 +110,7 @@ impl<'a> Reading<'a> {
             },
             Node::Or(..) => (Kind::Or, self.all_of(id, &mut covers)),
             Node::Source(..) | Node::Constant(_) | Node::Result(..) | Node::Truth(_) => {
-                unreachable!("only operations on signals are asked for")
+                unreachable!("only operations on signals are requested")
             }
         };
         if !covers.contains(&id) {
@@ -119,11 +124,11 @@ impl<'a> Reading<'a> {
     }
 
     fn terms(&self, id: Id, covers: &mut Vec<Id>, most: usize) -> Vec<(bool, Id)> {
-        let Node::Binary(operator, a, b) = self.graph.node(id) else { unreachable!("a sum was asked for") };
+        let Node::Binary(operator, a, b) = self.graph.node(id) else { unreachable!("the operation is a sum") };
         covers.push(id);
         let minus = operator == Operator::Subtract;
-        let turned = !minus && !self.is_sum(a) && self.is_sum(b);
-        let (first, second) = if turned { (b, a) } else { (a, b) };
+        let swapped = !minus && !self.is_sum(a) && self.is_sum(b);
+        let (first, second) = if swapped { (b, a) } else { (a, b) };
         let mut terms = if self.is_sum(first) && most > 2 {
             self.terms(first, covers, most - 1)
         } else {
@@ -143,7 +148,7 @@ impl<'a> Reading<'a> {
         }
     }
 
-    /// A signal with the fixed factors behind it; `None` if the last operation is no such factor.
+    /// A signal with the fixed factors behind it; `None` if the last operation is not such a factor.
     fn factors(&self, id: Id, covers: &mut Vec<Id>) -> Option<(Id, Vec<Factor>)> {
         let (signal, factor) = match self.graph.node(id) {
             Node::Negate(a) => (a, Factor::Negated),
@@ -169,18 +174,18 @@ impl<'a> Reading<'a> {
     }
 
     fn product(&self, id: Id, covers: &mut Vec<Id>) -> Vec<(bool, Id)> {
-        let Node::Binary(operator, a, b) = self.graph.node(id) else { unreachable!("a product was asked for") };
+        let Node::Binary(operator, a, b) = self.graph.node(id) else { unreachable!("the operation is a product") };
         covers.push(id);
         let over = operator == Operator::Divide;
-        let turned = !over && !self.is_product(a) && self.is_product(b);
-        let (first, second) = if turned { (b, a) } else { (a, b) };
+        let swapped = !over && !self.is_product(a) && self.is_product(b);
+        let (first, second) = if swapped { (b, a) } else { (a, b) };
         let mut out = if self.is_product(first) { self.product(first, covers) } else { vec![(false, first)] };
         out.push((over, second));
         out
     }
 }
 
-/// Which operations depend on no signal.
+/// The operations that depend on no signal.
 pub(super) fn fixed(graph: &Graph) -> Vec<bool> {
     let mut fixed = Vec::with_capacity(graph.nodes.len());
     for node in &graph.nodes {

@@ -1,14 +1,14 @@
-//! What a crowded page draws as one box: pure arithmetic that belongs together becomes a function f.
+//! Groups on a crowded page: connected pure arithmetic becomes one box, a function f.
 
 use super::{Kind, Page, Wire};
 use crate::distinct::{distinct, insert};
 
 /// A page with more boxes than this is hard to read.
 const BOXES: usize = 40;
-/// Nor one with more wires.
+/// A page with more wires than this is hard to read.
 const WIRES: usize = 84;
 
-/// For each node the first one of its group; a node by itself is its own.
+/// For each node the first one of its group; a single node is its own group.
 pub(super) fn groups(page: &Page) -> Vec<usize> {
     let mut group: Vec<usize> = (0..page.nodes.len()).collect();
     let crowded = |group: &[usize]| {
@@ -30,7 +30,7 @@ fn is_pure(kind: &Kind) -> bool {
     !matches!(kind, Kind::Input | Kind::Output | Kind::Delay | Kind::Call { .. } | Kind::Constant(_))
 }
 
-/// What is read by one group only joins it.
+/// A node that only one group reads joins it.
 fn cones(page: &Page, group: &mut [usize]) {
     let mut changed = true;
     while changed {
@@ -80,8 +80,7 @@ impl<'a> Crossing<'a> {
         Crossing { all, touching }
     }
 
-    /// Ports of two groups as one box. A function with one result can be read; one with several is two that were not
-    /// told apart.
+    /// Ports of two groups as one box. A function should have one result; several results are separate functions.
     fn ports(&self, group: &[usize], a: usize, b: usize) -> usize {
         let inside = |node: usize| group[node] == a || group[node] == b;
         let touching = self.touching[a].iter().chain(&self.touching[b]);
@@ -90,9 +89,9 @@ impl<'a> Crossing<'a> {
         ends.len() + 3 * ends.iter().filter(|end| inside(end.node)).count()
     }
 
-    /// Whether one group is read by the other also by way of a third: then one box would close a loop.
+    /// Whether one group reads the other also through a third: then one box would close a loop.
     fn detour(&self, page: &Page, group: &[usize], from: usize, to: usize) -> bool {
-        let mut seen = Vec::new();
+        let mut visited = Vec::new();
         let after = |of: usize| {
             let memory = matches!(page.nodes[of].kind, Kind::Delay);
             let wires = self.touching[of].iter().filter(move |wire| !memory && group[wire.from.node] == of);
@@ -103,7 +102,7 @@ impl<'a> Crossing<'a> {
             if next == to {
                 return true;
             }
-            if insert(&mut seen, next) {
+            if insert(&mut visited, next) {
                 open.extend(after(next));
             }
         }

@@ -1,6 +1,6 @@
 //! From a placed page to the text of an SVG.
 
-/// Writes to the text; a `String` takes everything.
+/// Writes to the text; writing to a `String` cannot fail.
 macro_rules! put {
     ($text:expr, $($what:tt)*) => { write!($text, $($what)*).expect("a String takes everything") };
 }
@@ -18,10 +18,10 @@ const MARGIN: f64 = 24.0;
 const HEAD: f64 = 76.0;
 /// Radius of a bend.
 const BEND: f64 = 5.0;
-/// A page of few blocks is not drawn larger than it is.
+/// Largest scale of a page of few blocks.
 const LEAST: f64 = 480.0;
 
-/// What elements look like: as in the figures of the laboratory, with names for the colours.
+/// Style of the elements: as in the figures of the laboratory, with names for the colours.
 const STYLE: &str = "rect.surface{fill:$surface}rect.port{fill:$surface;stroke:$text;stroke-width:1.2}\
 .box{fill:$box;stroke:$text;stroke-width:1.2}.call{fill:$tint;stroke:$inside;stroke-width:1.4}\
 a:hover .call{stroke-width:2.4}.wire{fill:none;stroke:$text;stroke-width:1.2}.bus{stroke-width:3}\
@@ -40,13 +40,14 @@ const COLOURS: [(&str, &str, &str); 7] = [
     ("$tint", "#EDF3FE", "#16233B"),
 ];
 
-/// The style sheet: light, dark where the reader wants it. No variables: programs that typeset papers know none.
+/// The style sheet: light, and dark on request of the viewer. No variables: programs for typesetting do not support
+/// them.
 fn style() -> String {
     let with = |dark: bool| {
         let colour = |style: String, (name, light, night): &(&str, &str, &str)| {
             style.replace(name, if dark { night } else { light })
         };
-        // A page that holds the picture has other elements: the rules are for this one.
+        // A page around the picture has other elements: the rules are limited to this one.
         let own: String = STYLE.split_inclusive('}').map(|rule| format!(".signal-flow {rule}")).collect();
         COLOURS.iter().fold(own, colour)
     };
@@ -106,7 +107,7 @@ pub(super) fn svg(diagram: &Diagram, number: usize, picture: &Picture) -> String
     out
 }
 
-/// With one decimal, and none where there is none to tell.
+/// With one decimal, and none for whole numbers.
 fn pixel(value: f64) -> String {
     format!("{}", (value * 10.0).round() / 10.0 + 0.0)
 }
@@ -190,7 +191,7 @@ fn class(page: &Page, from: End) -> &'static str {
     }
 }
 
-/// What a signal is called: by where it comes from, else by where it goes.
+/// Name of a signal: by its source, else by its target.
 pub(super) fn name(page: &Page, from: End) -> String {
     let own = |node: &Node, port: &super::Port| {
         let port = port_name(port);
@@ -202,11 +203,11 @@ pub(super) fn name(page: &Page, from: End) -> String {
         }
     };
     let node = &page.nodes[from.node];
-    let known = own(node, &node.outputs[from.port]);
-    if !known.is_empty() {
-        return known;
+    let of_source = own(node, &node.outputs[from.port]);
+    if !of_source.is_empty() {
+        return of_source;
     }
     let readers = page.wires.iter().filter(|wire| wire.from == from);
-    let named = readers.map(|wire| own(&page.nodes[wire.to.node], &page.nodes[wire.to.node].inputs[wire.to.port]));
-    named.filter(|name| !name.is_empty()).min_by_key(String::len).unwrap_or_default()
+    let of_targets = readers.map(|wire| own(&page.nodes[wire.to.node], &page.nodes[wire.to.node].inputs[wire.to.port]));
+    of_targets.filter(|name| !name.is_empty()).min_by_key(String::len).unwrap_or_default()
 }

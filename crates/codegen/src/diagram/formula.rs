@@ -1,13 +1,13 @@
-//! Operations as one writes them.
+//! Operations as formulas.
 
 use super::condense::{extreme, sign};
 use super::text;
 use crate::record::{Function, Graph, Id, Node, Operator, Source, Step};
 
-/// Longest formula; what is beyond is `…`.
+/// Longest formula; the rest is `…`.
 const LONGEST: usize = 400;
 
-/// How strongly an operation holds its operands together.
+/// Binding strength of an operation.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Strength {
     Choice,
@@ -17,8 +17,8 @@ enum Strength {
     Whole,
 }
 
-/// What an operation computes, as an engineer writes it: `T/(T_1 + T)`. `T` is the time step. The names of signals are
-/// asked for; where there is none, the formula goes on below.
+/// An operation as a formula: `T/(T_1 + T)`. `T` is the time step. `names` returns the names of signals; without a
+/// name, the formula continues with the operands.
 pub fn formula(step: &Step, id: Id, name: &dyn Fn(Id) -> Option<String>) -> String {
     let names = text::names(&step.parameters);
     Writer { graph: &step.graph, names: &names, name, left: std::cell::Cell::new(LONGEST) }.write(id).0
@@ -28,7 +28,7 @@ struct Writer<'a> {
     graph: &'a Graph,
     names: &'a [String],
     name: &'a dyn Fn(Id) -> Option<String>,
-    /// How many characters may still come; shared operations would grow without end.
+    /// Remaining number of characters; shared operations would grow without limit.
     left: std::cell::Cell<usize>,
 }
 

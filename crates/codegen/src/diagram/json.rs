@@ -63,7 +63,7 @@ fn operation(page: &Page, id: Id) -> Value {
     json!([id.0, what, operands])
 }
 
-/// What an operation does, in one word.
+/// Name of an operation, in one word.
 struct Verb(record::Node);
 
 impl std::fmt::Debug for Verb {
@@ -98,25 +98,25 @@ fn node_value(diagram: &Diagram, page: &Page, node: &Node, function: Option<usiz
     out
 }
 
-/// The name of a kind; key and value of what belongs to it alone, the key empty where there is nothing.
+/// The name of a kind; key and value of its specific data, the key empty without data.
 fn kind_value(diagram: &Diagram, page: &Page, kind: &Kind) -> (&'static str, &'static str, Value) {
-    let written = |id: &Id| formula(page.step, *id, &|_| None);
+    let text_of = |id: &Id| formula(page.step, *id, &|_| None);
     let factor = |factor: &Factor| match factor {
-        Factor::Times(id) => json!(["*", written(id)]),
-        Factor::Over(id) => json!(["/", written(id)]),
+        Factor::Times(id) => json!(["*", text_of(id)]),
+        Factor::Over(id) => json!(["/", text_of(id)]),
         Factor::Negated => json!(["-"]),
     };
     let bound = |bound: &Bound| match bound {
-        Bound::Fixed(id) => json!(written(id)),
+        Bound::Fixed(id) => json!(text_of(id)),
         Bound::Signal => json!({"input": true}),
         Bound::Opposite => json!({"opposite": true}),
     };
-    let relation = |(relation, id): &(Relation, Id)| json!([relation.sign(), written(id)]);
+    let relation = |(relation, id): &(Relation, Id)| json!([relation.sign(), text_of(id)]);
     match kind {
         Kind::Input => ("input", "", Value::Null),
         Kind::Output => ("output", "", Value::Null),
         Kind::Delay => ("delay", "", Value::Null),
-        Kind::Constant(ids) => ("constant", "text", ids.iter().map(written).collect::<Vec<_>>().into()),
+        Kind::Constant(ids) => ("constant", "text", ids.iter().map(text_of).collect::<Vec<_>>().into()),
         Kind::Sum(minus) => ("sum", "signs", signs(minus, '+', '-')),
         Kind::Product(over) => ("product", "signs", signs(over, '*', '/')),
         Kind::Gain(factors) => ("gain", "factors", factors.iter().map(factor).collect::<Vec<_>>().into()),

@@ -1,9 +1,9 @@
 //! The signal-flow diagram of a recorded block, as data and as pictures.
 //!
-//! [`Diagram::of`] condenses the operations of each step to what an engineer draws: summing points, gains, saturations,
-//! switches, unit delays and boxes for other blocks. What does not depend on a signal is written at the block that uses
-//! it ([`formula`]). [`json`] writes the diagram as data, [`pages`] one SVG for each step, with links from a box to the
-//! page inside it.
+//! [`Diagram::of`] condenses the operations of each step to the usual blocks: summing points, gains, saturations,
+//! switches, unit delays and boxes for other blocks. Expressions that do not depend on a signal are written at the
+//! block that uses them ([`formula`]). [`json`] writes the diagram as data, [`pages`] one SVG for each step, with links
+//! from a box to the page inside it.
 //!
 //! # JSON
 //!
@@ -20,15 +20,15 @@
 //!     "wires": [{"from": [4, 0], "to": [0, 0]}, …]}]}
 //! ```
 //!
-//! - `operations`: what is computed, operands first, as `[number, what, operands]`. The operands of `input`, `state` and
-//!   `parameter` are places in the struct, those of `result` a call and a place. Each belongs to exactly one node, but
-//!   for those that depend on no signal: they are in a `text` or nowhere.
-//! - `nodes`: `kind`, and what is written at it: `signs` of a sum or product in the order of evaluation, `factors` of a
-//!   gain, `bounds` of a saturation or comparison, `text`; `page` of a box and `keeps_state_at`, the place of its state
-//!   within the page's if nobody else reads or changes it. `name`, `symbol`, `unit` and `help` where they are known. A
-//!   port has `numbers`, the operations whose values pass, of a bus several; `of` says which struct it is a part of.
-//! - `wires`: from node and output port to node and input port; one ends at each input.
-//! - `function`: the number of the box `f` that a crowded picture draws instead of the node.
+//! - `operations`: the computed operations, operands first, as `[number, what, operands]`. The operands of `input`,
+//!   `state` and `parameter` are places in the struct, those of `result` a call and a place. Each belongs to exactly one
+//!   node, except those that depend on no signal: they are in a `text` or omitted.
+//! - `nodes`: `kind`, and its texts: `signs` of a sum or product in the order of evaluation, `factors` of a gain,
+//!   `bounds` of a saturation or comparison, `text`; `page` of a box and `keeps_state_at`, the place of its state within
+//!   the page's if nothing else reads or changes it. `name`, `symbol`, `unit` and `help` if known. A port has `numbers`,
+//!   the operations whose values it carries, of a bus several; `of` is its struct.
+//! - `wires`: from node and output port to node and input port; one wire ends at each input.
+//! - `function`: the number of the box `f` that replaces the node in a crowded picture.
 
 mod build;
 mod condense;
@@ -50,60 +50,60 @@ pub use layout::{Layout, Link, Segment};
 /// A block and the blocks within it.
 #[derive(Clone, Debug)]
 pub struct Diagram<'a> {
-    /// What files are called.
+    /// Prefix of the files.
     pub name: String,
     /// One for each step of the program; the last is the block itself.
     pub pages: Vec<Page<'a>>,
 }
 
-/// What one step computes.
+/// The diagram of one step.
 #[derive(Clone, Debug)]
 pub struct Page<'a> {
     /// Its name among the pages.
     pub label: String,
-    /// What was recorded.
+    /// The recorded step.
     pub step: &'a Step,
-    /// What is drawn.
+    /// The nodes.
     pub nodes: Vec<Node>,
-    /// How they are connected: at most one wire ends at an input port.
+    /// The wires: at most one ends at an input port.
     pub wires: Vec<Wire>,
 }
 
-/// Something with ports.
+/// A node with ports.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// What it does.
+    /// Its kind.
     pub kind: Kind,
-    /// What it is called: a path such as `reference.position`, of a box that of its parameters; empty for an operation.
+    /// Its name: a path such as `reference.position`, of a box that of its parameters; empty for an operation.
     pub name: String,
     /// As in an equation; may be empty.
     pub symbol: String,
-    /// Unit of what leaves it, if known.
+    /// Unit of its output, if known.
     pub unit: &'static str,
-    /// What it means, if known.
+    /// Its description, if known.
     pub help: &'static str,
-    /// Where wires end, in the order of evaluation.
+    /// Input ports, in the order of evaluation.
     pub inputs: Vec<Port>,
-    /// Where wires begin.
+    /// Output ports.
     pub outputs: Vec<Port>,
-    /// The operations that it stands for.
+    /// Its operations.
     pub operations: Vec<Id>,
 }
 
-/// Where a wire ends or begins.
+/// A port of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Port {
-    /// What it is called; empty at an operation.
+    /// Its name; empty at an operation.
     pub name: String,
     /// As in an equation; may be empty.
     pub symbol: String,
     /// Unit, if known.
     pub unit: &'static str,
-    /// Which struct it is a part of.
+    /// Its struct.
     pub role: Role,
-    /// Place of its first number there.
+    /// Place of its first number in the struct.
     pub first: usize,
-    /// The operations whose values pass; several on a bus.
+    /// The operations whose values it carries; several on a bus.
     pub numbers: Vec<Id>,
 }
 
@@ -116,31 +116,31 @@ pub struct Wire {
     pub to: End,
 }
 
-/// A port of a node.
+/// The end of a wire at a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct End {
-    /// Which node of the page.
+    /// Index of the node.
     pub node: usize,
-    /// Which of its ports.
+    /// Index of the port.
     pub port: usize,
 }
 
-/// What a node does with the signals at its inputs, in their order.
+/// Kind of a node: its function of the input signals, in their order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Kind {
-    /// Comes from outside.
+    /// Input of the page.
     Input,
-    /// Goes outside.
+    /// Output of the page.
     Output,
-    /// Gives in this step what it got in the last: a part of the state.
+    /// Unit delay: a part of the state.
     Delay,
-    /// Depends on no signal; one operation for each number of its port.
+    /// Constant: depends on no signal; one operation for each number of its port.
     Constant(Vec<Id>),
-    /// Added from the first to the last; `true` where it is subtracted.
+    /// Sum from the first to the last; `true` for subtraction.
     Sum(Vec<bool>),
-    /// Multiplied by each factor in turn.
+    /// Product with each factor in turn.
     Gain(Vec<Factor>),
-    /// Multiplied from the first to the last; `true` where it divides.
+    /// Product from the first to the last; `true` for division.
     Product(Vec<bool>),
     /// A function of one signal.
     Apply(Function),
@@ -148,7 +148,7 @@ pub enum Kind {
     Minimum,
     /// The larger; the second if either is NaN.
     Maximum,
-    /// The first signal, limited. Bounds that are ports follow in this order.
+    /// The limited first signal. Bounds that are ports follow in this order.
     Saturation {
         /// Lower bound.
         low: Bound,
@@ -157,40 +157,40 @@ pub enum Kind {
     },
     /// −1, 0 or 1.
     Sign,
-    /// Where the mask, its first input, is true the second, else the third; number by number on a bus.
+    /// The second input if the mask, its first input, is true, else the third; for each number of a bus.
     Switch,
-    /// Whether the signal, or its magnitude, keeps all bounds.
+    /// Whether the signal, or its magnitude, is within all bounds.
     Within {
-        /// Of the magnitude.
+        /// Whether the bounds are for the magnitude.
         magnitude: bool,
         /// Relation to the bound, which depends on no signal.
         bounds: Vec<(Relation, Id)>,
     },
-    /// How the first signal compares with the second.
+    /// Comparison of the first signal with the second.
     Compare(Relation),
-    /// All of them.
+    /// Whether all inputs are true.
     And,
-    /// Any of them.
+    /// Whether any input is true.
     Or,
-    /// The opposite.
+    /// The negation.
     Not,
     /// The step of another block.
     Call {
-        /// Which call of the step's graph.
+        /// Number of the call in the step's graph.
         call: usize,
-        /// Which page is inside.
+        /// Index of its page.
         page: usize,
-        /// Where it keeps its state within the state of this page: neither read nor changed by others.
+        /// Place of its state within the state of this page, if not read or changed by others.
         keeps: Option<usize>,
     },
 }
 
-/// What a gain does with a signal.
+/// Factor of a gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Factor {
-    /// Multiplies by what depends on no signal.
+    /// Multiplies by an expression that depends on no signal.
     Times(Id),
-    /// Divides by it.
+    /// Divides by such an expression.
     Over(Id),
     /// Changes the sign.
     Negated,
@@ -199,15 +199,15 @@ pub enum Factor {
 /// A bound of a saturation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bound {
-    /// Depends on no signal.
+    /// An expression that depends on no signal.
     Fixed(Id),
-    /// A signal: a port of its own.
+    /// A signal with its own port.
     Signal,
     /// The upper bound with the opposite sign.
     Opposite,
 }
 
-/// How two numbers compare; false for NaN.
+/// Relation of two numbers; false for NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relation {
     /// <
@@ -221,7 +221,7 @@ pub enum Relation {
 }
 
 impl Relation {
-    /// As it is written.
+    /// Its sign.
     pub fn sign(self) -> &'static str {
         match self {
             Relation::Less => "<",
@@ -243,7 +243,7 @@ impl Relation {
 }
 
 impl<'a> Diagram<'a> {
-    /// The diagram of a recorded block; `name` begins the names of its files.
+    /// The diagram of a recorded block; `name` is the prefix of its files.
     pub fn of(program: &'a Program, name: &str) -> Diagram<'a> {
         let labels = crate::c::labels(&program.steps);
         let page = |(step, label): (&'a Step, String)| build::page(&program.steps, step, label);
@@ -266,7 +266,7 @@ pub fn pages(program: &Program, name: &str) -> Vec<(String, String)> {
     (0..diagram.pages.len()).map(|page| (diagram.file(page), picture::svg(&diagram, page))).collect()
 }
 
-/// Where the boxes and wires of a page's picture lie.
+/// Positions of the boxes and wires of a page's picture.
 pub fn layout(diagram: &Diagram, page: usize) -> Layout {
     picture::arrange(diagram, page).layout
 }

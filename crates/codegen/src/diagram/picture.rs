@@ -1,4 +1,4 @@
-//! The picture of a page: what is drawn, how large it is, and where.
+//! The picture of a page: elements with size and position.
 
 mod size;
 mod written;
@@ -10,12 +10,12 @@ use size::{size, wired};
 use written::Writer;
 pub(super) use written::{function_formula, function_names, port_name, short_name};
 
-/// Something that is drawn: a node, or several as one function.
+/// A drawn element: a node, or several as one function.
 pub(super) struct Element {
     pub(super) nodes: Vec<usize>,
     pub(super) inputs: Vec<Entry>,
     pub(super) outputs: Vec<End>,
-    /// Width of what is written left of the body.
+    /// Width of the texts left of the body.
     pub(super) margin: f64,
     /// Heights of the inputs below the upper edge.
     pub(super) rows: Vec<f64>,
@@ -24,25 +24,25 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// Whether it is several nodes that are written as a formula.
+    /// Whether it is several nodes as a formula.
     pub(super) fn is_formula(&self) -> bool {
         self.nodes.len() > 1 && !self.label.starts_with("f_")
     }
 }
 
-/// What enters a block.
+/// An input of a block.
 pub(super) enum Entry {
-    /// A wire, which begins there; the ports that it feeds.
+    /// A wire; the ports that it is connected to.
     Wire(End, Vec<End>),
-    /// Something that depends on no signal: its text.
+    /// An expression that depends on no signal: its text.
     Text(String),
 }
 
-/// A page with everything placed.
+/// A page with all positions.
 pub(super) struct Picture {
     pub(super) elements: Vec<Element>,
     pub(super) layout: Layout,
-    /// `k₁` and what it stands for.
+    /// Coefficients such as `k₁` with their formulas.
     pub(super) coefficients: Vec<(String, String)>,
 }
 
@@ -58,7 +58,7 @@ pub(super) fn arrange(diagram: &Diagram, page: usize) -> Picture {
     let mut writer = Writer { page, callees, coefficients: Vec::new() };
     let mut elements = elements(page, &mut writer);
     let first = place(&elements);
-    // Where the order of the inputs is free, they are taken in the order in which their wires arrive.
+    // If the order of the inputs is free, it is that of the arriving wires.
     for (element, ports) in elements.iter_mut().zip(&first.ports) {
         sort_rows(page, element, &ports[0], &first);
     }
@@ -67,7 +67,7 @@ pub(super) fn arrange(diagram: &Diagram, page: usize) -> Picture {
 }
 
 fn place(elements: &[Element]) -> Layout {
-    // The element and port where a signal begins; the last ones if there are several.
+    // The element and port of the source of a signal; the last ones if there are several.
     let begin = |from: &End| {
         let place = |(number, element): (usize, &Element)| {
             element.outputs.iter().rposition(|end| end == from).map(|port| (number, port))
@@ -96,8 +96,8 @@ fn elements(page: &Page, writer: &mut Writer) -> Vec<Element> {
         }
     }
     let mut functions = 0;
-    let there = members.into_iter().filter(|nodes| !nodes.is_empty());
-    there.map(|nodes| element(page, nodes, writer, &mut functions)).collect()
+    let groups = members.into_iter().filter(|nodes| !nodes.is_empty());
+    groups.map(|nodes| element(page, nodes, writer, &mut functions)).collect()
 }
 
 fn element(page: &Page, nodes: Vec<usize>, writer: &mut Writer, functions: &mut usize) -> Element {
@@ -105,11 +105,11 @@ fn element(page: &Page, nodes: Vec<usize>, writer: &mut Writer, functions: &mut 
     let mut inputs: Vec<Entry> = Vec::new();
     let inside = |node: usize| nodes.contains(&node);
     for wire in page.wires.iter().filter(|wire| inside(wire.to.node)) {
-        let known = inputs.iter_mut().find_map(|entry| match entry {
+        let existing = inputs.iter_mut().find_map(|entry| match entry {
             Entry::Wire(from, to) if *from == wire.from && !alone => Some(to),
             _ => None,
         });
-        match (&page.nodes[wire.from.node].kind, known) {
+        match (&page.nodes[wire.from.node].kind, existing) {
             (Kind::Constant(_), _) if !alone => {}
             (Kind::Constant(ids), _) => inputs.push(Entry::Text(writer.constant(ids))),
             (_, Some(to)) => to.push(wire.to),
@@ -136,14 +136,14 @@ fn element(page: &Page, nodes: Vec<usize>, writer: &mut Writer, functions: &mut 
     out
 }
 
-/// Gives the rows of a sum or product to its inputs in the order in which they arrive.
+/// Gives the rows of a sum or product to its inputs in the order of the arriving wires.
 fn sort_rows(page: &Page, element: &mut Element, ports: &[[f64; 2]], layout: &Layout) {
     let free = element.nodes.len() == 1
         && matches!(page.nodes[element.nodes[0]].kind, Kind::Sum(_) | Kind::Product(_) | Kind::And | Kind::Or);
     if !(free || element.nodes.len() > 1) {
         return;
     }
-    // How high a wire comes from: the far end of the piece that ends at the port, and of the one before.
+    // Heights from which a wire arrives: the far end of the last piece, and of the one before.
     let mut ends = ports.iter();
     let mut arrivals: Vec<(f64, usize)> = Vec::new();
     for (number, entry) in element.inputs.iter().enumerate() {
@@ -156,7 +156,7 @@ fn sort_rows(page: &Page, element: &mut Element, ports: &[[f64; 2]], layout: &La
     arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut rows = element.rows.clone();
     if rows.len() == 2 && element.nodes.len() == 1 && matches!(&page.nodes[element.nodes[0]].kind, Kind::Sum(_)) {
-        // The first term goes straight on; the other one comes from above or below.
+        // The first term is straight; the other one comes from above or below.
         rows = if arrivals[0].1 == 0 { vec![24.0, 46.0] } else { vec![2.0, 24.0] };
     } else {
         rows.sort_by(f64::total_cmp);
@@ -167,7 +167,7 @@ fn sort_rows(page: &Page, element: &mut Element, ports: &[[f64; 2]], layout: &La
     element.shape.inputs = wired(&element.inputs, &element.rows);
 }
 
-/// The height at which the wire that ends here began.
+/// The height of the start of the wire that ends here.
 fn source(layout: &Layout, end: [f64; 2]) -> f64 {
     let wire = layout.segments.iter().find(|segment| segment.from == end || segment.to == end).map(|s| s.wire);
     wire.map_or(end[1], |(node, port)| layout.ports[node][1][port][1])

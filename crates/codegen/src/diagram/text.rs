@@ -6,7 +6,7 @@ use stickslip_core::fields::Field;
 
 use crate::tree::Tree;
 
-/// A part of a struct: how to reach it, the place of its first number, what it is, and its row in the tables.
+/// A part of a struct: its path, the place of its first number, its tree, and its row in the tables.
 #[derive(Clone)]
 pub(super) struct Part<'a> {
     pub(super) path: String,
@@ -24,7 +24,7 @@ impl<'a> Part<'a> {
         self.tree.numbers()
     }
 
-    /// What it consists of; nothing of a number.
+    /// Its parts; none for a number.
     pub(super) fn members(&self) -> Vec<Part<'a>> {
         let mut first = self.first;
         let mut out = Vec::new();
@@ -72,8 +72,8 @@ impl<'a> Part<'a> {
     }
 }
 
-/// What each number of a struct of parameters is called in a formula: its symbol, with the group that it belongs to
-/// where several have the same; else its name.
+/// Name of each number of a struct of parameters in a formula: its symbol, with its group if several have the same
+/// symbol; else its name.
 pub(super) fn names(tree: &Tree) -> Vec<String> {
     let numbers: Vec<Part> = Part::whole(tree).all().into_iter().filter(|part| *part.tree == Tree::Number).collect();
     let symbols: Vec<String> = numbers.iter().map(Part::symbol).collect();
@@ -92,7 +92,7 @@ pub(super) fn names(tree: &Tree) -> Vec<String> {
     numbers.iter().zip(&symbols).map(name).collect()
 }
 
-/// A constant in few characters; what is longer than that is rounded to four digits.
+/// A constant in few characters; longer ones are rounded to four digits.
 pub(super) fn number(value: f64) -> String {
     for (known, text) in [(std::f64::consts::TAU, "2π"), (std::f64::consts::PI, "π")] {
         if value == known {
@@ -150,7 +150,7 @@ pub(super) fn first_sentence(help: &str) -> String {
     plain[..end].trim_end_matches(['.', ':']).into()
 }
 
-/// A unit as it is printed; none of a pure number.
+/// A printed unit; empty for a pure number.
 pub(super) fn unit(unit: &str) -> String {
     if unit == "1" { String::new() } else { unit.replace("^2", "²").replace("^3", "³").replace(' ', "\u{a0}") }
 }
@@ -166,29 +166,29 @@ enum Run<'a> {
     Symbol(&'a str, &'a str),
 }
 
-/// A symbol is a letter by itself or with an index behind `_` or of lowered digits; longer words are names.
+/// A symbol is a single letter or one with an index behind `_` or of lowered digits; longer words are names.
 fn runs(text: &str) -> Vec<Run<'_>> {
     let mut runs = Vec::new();
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
+    let mut remainder = text;
+    while let Some(first) = remainder.chars().next() {
         let end = |text: &str, part: fn(char) -> bool| text.find(|c: char| !part(c)).unwrap_or(text.len());
         if !first.is_alphabetic() {
-            let end = end(rest, |c| !c.is_alphabetic());
-            runs.push(Run::Plain(&rest[..end]));
-            rest = &rest[end..];
+            let end = end(remainder, |c| !c.is_alphabetic());
+            runs.push(Run::Plain(&remainder[..end]));
+            remainder = &remainder[end..];
             continue;
         }
-        let word = end(rest, |c| c.is_alphanumeric() || c == '_' || c == ',' || c == '.');
-        let word = rest[..word].trim_end_matches([',', '.']).len();
+        let word = end(remainder, |c| c.is_alphanumeric() || c == '_' || c == ',' || c == '.');
+        let word = remainder[..word].trim_end_matches([',', '.']).len();
         let letter = first.len_utf8();
-        let index = &rest[letter..word];
+        let index = &remainder[letter..word];
         let lowered = !index.is_empty() && index.chars().all(|c| ('₀'..='₉').contains(&c));
         runs.push(match index.strip_prefix('_') {
-            Some(index) => Run::Symbol(&rest[..letter], index),
-            None if index.is_empty() || lowered => Run::Symbol(&rest[..letter], index),
-            None => Run::Plain(&rest[..word]),
+            Some(index) => Run::Symbol(&remainder[..letter], index),
+            None if index.is_empty() || lowered => Run::Symbol(&remainder[..letter], index),
+            None => Run::Plain(&remainder[..word]),
         });
-        rest = &rest[word..];
+        remainder = &remainder[word..];
     }
     runs
 }
@@ -221,7 +221,7 @@ pub(super) fn svg(text: &str) -> String {
     runs(text).into_iter().map(run).collect()
 }
 
-/// How wide it is in print at a size of 12 px; indices are smaller.
+/// Printed width at a size of 12 px; indices are smaller.
 pub(super) fn width(text: &str) -> f64 {
     let characters = |text: &str| text.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count() as f64;
     let run = |run: Run| match run {

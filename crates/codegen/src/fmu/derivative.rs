@@ -2,20 +2,21 @@
 //!
 //!   u = f(a, b):   u̇ = ∂f/∂a·ȧ + ∂f/∂b·ḃ
 //!
-//! along one direction of parameters, state and input. The values are computed by the operations of the block's own code,
-//! so that each choice falls as there; where a step has a jump or a kink, its slope is that of the side it is on, and
-//! rounding to a grid has the slope 0, as in `stickslip_core::scalar::Dual`.
+//! along one direction of parameters, state and input. The values are computed by the operations of the block's own
+//! code, so that each choice is the same; at a jump or kink the slope is that of the current side, and rounding to a
+//! grid has the slope 0, as in `stickslip_core::scalar::Dual`.
 
 use std::fmt::Write;
 
 use crate::c::{function_name, literal};
 use crate::record::{Function, Graph, Id, Node, Operator, Program, Real, Source, Step};
 
-/// Functions for all steps of a program, the block's own the last, and `fmu_tangent`, which is that one.
+/// Functions for all steps of a program, that of the block last, and `fmu_tangent`, which is that of the block.
 pub(super) fn functions(program: &Program) -> String {
     let mut out = String::from(
-        "/* Directional derivatives of a step: each value v with its slope t. Of vectors, x' is named dx. Called now and \
-         then, long to optimise. */\n#if defined(__GNUC__) && !defined(__clang__)\n#pragma GCC push_options\n#pragma GCC \
+        "/* Directional derivatives of a step: each value v with its slope t. Of vectors, x' is named dx. Called \
+         rarely, slow to optimise. */\n#if defined(__GNUC__) && !defined(__clang__)\n#pragma GCC \
+         push_options\n#pragma GCC \
          optimize(\"O0\")\n#endif\n\n",
     );
     for (number, step) in program.steps.iter().enumerate() {
@@ -23,7 +24,7 @@ pub(super) fn functions(program: &Program) -> String {
     }
     let top = program.steps.len() - 1;
     let end = "#if defined(__GNUC__) && !defined(__clang__)\n#pragma GCC pop_options\n#endif";
-    writeln!(out, "#define fmu_tangent fmu_tangent_{top}\n\n{end}\n").expect("a String takes everything");
+    writeln!(out, "#define fmu_tangent fmu_tangent_{top}\n\n{end}\n").expect("writing to a String cannot fail");
     out
 }
 
@@ -34,7 +35,7 @@ const ARGUMENTS: &str = "const double *p, const double *dp, const double *s, con
 struct Writer<'a> {
     graph: &'a Graph,
     steps: &'a [Step],
-    /// Which numbers have a slope that is not known to be 0.
+    /// Whether each number has a slope that may differ from 0.
     moves: Vec<bool>,
     out: String,
 }
@@ -42,11 +43,11 @@ struct Writer<'a> {
 fn function(number: usize, step: &Step, steps: &[Step]) -> String {
     let graph = &step.graph;
     let mut writer = Writer { graph, steps, moves: vec![false; graph.nodes.len()], out: String::new() };
-    let mut written = vec![false; graph.calls.len()];
+    let mut emitted = vec![false; graph.calls.len()];
     for position in 0..graph.nodes.len() {
         let id = Id(position as u32);
         if let Node::Result(call, _) = graph.node(id)
-            && !std::mem::replace(&mut written[call as usize], true)
+            && !std::mem::replace(&mut emitted[call as usize], true)
         {
             writer.call(call as usize);
         }
@@ -65,7 +66,7 @@ fn function(number: usize, step: &Step, steps: &[Step]) -> String {
 
 impl Writer<'_> {
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
-        writeln!(self.out, "    {text}").expect("a String takes everything");
+        writeln!(self.out, "    {text}").expect("writing to a String cannot fail");
     }
 
     fn value(&self, id: Id) -> String {
@@ -86,7 +87,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A value, and its slope where it may have one.
+    /// A value, and its slope if it may have one.
     fn define(&mut self, id: Id, value: &str, slope: Option<String>) {
         self.moves[id.index()] = slope.is_some();
         let number = id.0;
@@ -143,7 +144,7 @@ impl Writer<'_> {
             Node::Or(a, b) => self.mask(id, &format!("{} || {}", self.value(a), self.value(b))),
             Node::Not(a) => self.mask(id, &format!("!{}", self.value(a))),
         }
-        // What nothing needs is no fault.
+        // Unused values are not an error.
         if !matches!(self.graph.node(id), Node::Source(..) | Node::Constant(_) | Node::Truth(_)) {
             let slope = if self.moves[id.index()] { format!(" (void)t{number};") } else { String::new() };
             self.line(format_args!("(void)v{number};{slope}"));
@@ -172,7 +173,7 @@ impl Writer<'_> {
         self.define(id, &format!("({x}) {sign} ({y})"), slope);
     }
 
-    /// The step of another block: its arguments with their slopes, and room for its results.
+    /// The step of another block: its arguments with their slopes, and space for its results.
     fn call(&mut self, number: usize) {
         let call = &self.graph.calls[number];
         let callee = &self.steps[call.function];
@@ -200,7 +201,7 @@ impl Writer<'_> {
     }
 }
 
-/// What the struct that a number comes from is called as an array.
+/// Name of the array of a struct.
 fn array(source: Source) -> &'static str {
     match source {
         Source::Parameters => "p",

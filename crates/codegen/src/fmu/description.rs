@@ -9,14 +9,14 @@ use crate::record::Step;
 pub(super) const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
 pub(super) const TOOL: &str = concat!("stickslip ", env!("CARGO_PKG_VERSION"));
 
-/// Steps that an experiment has unless the importer chooses another end.
+/// Default number of steps of an experiment.
 const STEPS: f64 = 1000.0;
 
-/// Attributes and their values; empty ones are left out.
+/// Attributes and their values; empty ones are omitted.
 pub(super) fn attributes(all: &[(&str, String)]) -> String {
     let mut out = String::new();
     for (name, value) in all.iter().filter(|(_, value)| !value.is_empty()) {
-        write!(out, " {name}=\"{}\"", escape(value)).expect("a String takes everything");
+        write!(out, " {name}=\"{}\"", escape(value)).expect("writing to a String cannot fail");
     }
     out
 }
@@ -31,7 +31,7 @@ fn number(value: f64) -> String {
     if value.is_finite() { format!("{value:?}") } else { String::new() }
 }
 
-/// What a thing is, in a paragraph.
+/// A description in one paragraph.
 fn about(help: &str) -> String {
     plain(help).into_iter().next().unwrap_or_default()
 }
@@ -90,19 +90,20 @@ pub(super) fn model(
     };
     format!(
         "{HEAD}<fmiModelDescription{root}>\n{sources}  <UnitDefinitions>\n{}  </UnitDefinitions>\n  \
-         <DefaultExperiment{experiment}/>\n  <ModelVariables>\n{time}{all}{service}  </ModelVariables>\n  <ModelStructure>\n{}  \
+         <DefaultExperiment{experiment}/>\n  <ModelVariables>\n{time}{all}{service}  </ModelVariables>\n  \
+         <ModelStructure>\n{}  \
          </ModelStructure>\n</fmiModelDescription>\n",
         unit_definitions(variables),
         structure(variables, version)
     )
 }
 
-/// Each unit once.
+/// The units, each once.
 fn unit_definitions(variables: &[Variable]) -> String {
-    let mut known: Vec<&str> = vec!["s"];
+    let mut units: Vec<&str> = vec!["s"];
     for unit in variables.iter().map(|variable| variable.field.unit) {
-        if !known.contains(&unit) {
-            known.push(unit);
+        if !units.contains(&unit) {
+            units.push(unit);
         }
     }
     let definition = |unit: &str| {
@@ -119,7 +120,7 @@ fn unit_definitions(variables: &[Variable]) -> String {
             None => format!("    <Unit name=\"{name}\"/>\n"),
         })
     };
-    known.into_iter().filter_map(definition).collect()
+    units.into_iter().filter_map(definition).collect()
 }
 
 /// A variable.
@@ -140,7 +141,7 @@ fn entry(variable: &Variable, reference: usize, version: Version) -> String {
         ("variability", text(variability)),
         ("initial", text(initial)),
     ];
-    // What was prepared may lie a rounding beyond a range that is stated for what is entered; signals have none.
+    // Computed parameters may exceed the range of entered values by a rounding error; signals have no range.
     let ranged = *role == Role::Parameter && (field.minimum..=field.maximum).contains(start);
     let bound = |bound: f64| if ranged { number(bound) } else { String::new() };
     let number = [
@@ -157,7 +158,7 @@ fn entry(variable: &Variable, reference: usize, version: Version) -> String {
     }
 }
 
-/// Outputs, which follow from all that there is.
+/// The outputs, which depend on all variables.
 fn structure(variables: &[Variable], version: Version) -> String {
     let outputs: Vec<usize> =
         variables.iter().zip(1..).filter(|(variable, _)| variable.role == Role::Output).map(|(_, k)| k).collect();
@@ -182,19 +183,20 @@ pub(super) fn build(name: &str, sources: &[String], service: Option<&Service>) -
     let threads = if service.is_some() { " compilerOptions=\"-pthread\"" } else { "" };
     format!(
         "{HEAD}<fmiBuildDescription fmiVersion=\"3.0\">\n  <BuildConfiguration modelIdentifier=\"{name}\">\n    \
-         <SourceFileSet language=\"C99\"{threads}>\n{files}    </SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n"
+         <SourceFileSet language=\"C99\"{threads}>\n{files}    </SourceFileSet>\n  \
+         </BuildConfiguration>\n</fmiBuildDescription>\n"
     )
 }
 
-/// The page that importers show.
+/// The documentation page of importers.
 pub(super) fn page(top: &Step, name: &str, step: f64) -> String {
     let paragraphs: String = plain(top.help).iter().map(|text| format!("<p>{}</p>\n", escape(text.trim()))).collect();
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}</title></head><body>\n\
-         <h1>{name}</h1>\n{paragraphs}<p>Written by stickslip from its block {}. A step is {step:?} s; the importer may \
-         communicate as often as it likes: each step is taken when its end has come, with the inputs that stand then. \
-         Parameters can be set at any time, states until initialization ends; what is out of its range is refused with a \
-         message, and nothing is changed. All variables with their units are in <a href=\"README.md\">README.md</a>.</p>\n\
+         <h1>{name}</h1>\n{paragraphs}<p>Written by stickslip from its block {}. A step is {step:?} s; communication \
+         steps may have any length: each step is computed at its end, with the inputs of that time. Parameters can be \
+         set at any time, states until initialization ends; values outside their range are refused with a message, \
+         and nothing is changed. All variables with their units are in <a href=\"README.md\">README.md</a>.</p>\n\
          </body></html>\n",
         top.name
     )

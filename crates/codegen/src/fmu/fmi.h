@@ -18,7 +18,7 @@ static fmu_instance *fmi_new(fmi_string name, fmi_string token, void *importer, 
     if (instance == NULL) {
         return NULL;
     }
-    instance->tell = tell;
+    instance->report = report;
     instance->importer = importer;
     instance->callback = logger;
     if ((fault == NULL) && ((token == NULL) || (strcmp(token, FMU_TOKEN) != 0))) {

@@ -26,10 +26,10 @@ typedef struct {
     fmi2ComponentEnvironment componentEnvironment;
 } fmi2CallbackFunctions;
 
-static void tell(const void *of, const char *name, int serious, const char *message) {
+static void report(const void *of, const char *name, int serious, const char *message) {
     const fmu_instance *instance = of;
     const fmi2CallbackFunctions *functions = instance->callback;
-    /* The message is a format, which not every importer fills in: it needs nothing that would be. */
+    /* The message is a format, which not every importer evaluates: it has no conversions. */
     char format[1024];
     size_t length = 0;
     for (; (*message != '\0') && (length + 3U < sizeof format); message++) {
@@ -98,7 +98,7 @@ FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[],
 }
 
 #if defined(FMU_XCP)
-/* Where XCP is served. */
+/* Options of the XCP service. */
 OPTIONS(Integer, fmi2Integer, XCP_TCP_PORT, 0, door->port, fmu_set_port(INSTANCE, door, values[k]))
 OPTIONS(Boolean, fmi2Boolean, XCP_TCP_ENABLE, 0, door->enable, (door->enable = (values[k] != 0), 1))
 OPTIONS(String, fmi2String, XCP_TCP_ADDRESS, 0, door->address, fmu_set_address(INSTANCE, door, values[k]))
@@ -136,7 +136,7 @@ FMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real lengt
 }
 
 FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) {
-    return ANSWER(fmu_refuse(INSTANCE, "No step is under way: each is finished when fmi2DoStep returns."));
+    return ANSWER(fmu_refuse(INSTANCE, "No step is in progress: each is finished when fmi2DoStep returns."));
 }
 
 FMU_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {

@@ -26,13 +26,13 @@ typedef void (*fmi3IntermediateUpdateCallback)(fmi3InstanceEnvironment, fmi3Floa
                                                fmi3Boolean, fmi3Boolean *, fmi3Float64 *);
 typedef void (*fmi3LockPreemptionCallback)(void);
 
-/* A pointer to a function is no pointer to an object: it travels within one. */
+/* A pointer to a function is not a pointer to an object: this union converts it. */
 typedef union {
     fmi3LogMessageCallback function;
     void *object;
 } callback;
 
-static void tell(const void *of, const char *name, int serious, const char *message) {
+static void report(const void *of, const char *name, int serious, const char *message) {
     const fmu_instance *instance = of;
     callback log;
     (void)name;
@@ -145,7 +145,7 @@ NO_VARIABLES(UInt32, uint32_t)
 NO_VARIABLES(Int64, int64_t)
 NO_VARIABLES(UInt64, uint64_t)
 #if defined(FMU_XCP)
-/* Where XCP is served. */
+/* Options of the XCP service. */
 OPTIONS(UInt16, uint16_t, XCP_TCP_PORT, 1, (uint16_t)door->port, fmu_set_port(INSTANCE, door, values[k]))
 OPTIONS(Boolean, fmi3Boolean, XCP_TCP_ENABLE, 1, door->enable != 0, (door->enable = values[k], 1))
 OPTIONS(String, fmi3String, XCP_TCP_ADDRESS, 1, door->address, fmu_set_address(INSTANCE, door, values[k]))
@@ -222,14 +222,15 @@ FMU_EXPORT fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3Val
                   fmu_derivative(INSTANCE, of, n_of, by, n_by, seed, sensitivity));
 }
 
-/* The other way round: what a weighted sum of numbers after one step, each `of` by its `seed`, depends on. One derivative
- * for each that it is derived `by`. */
+/* Adjoint: derivatives of a weighted sum of numbers after one step, each `of` with the weight `seed`. One derivative for
+ * each number `by`. */
 static int fmu_adjoint(fmu_instance *instance, const uint32_t *of, size_t n_of, const uint32_t *by, size_t n_by,
                        const double *seed, double *sensitivity) {
     double column[FMU_STATES + FMU_OUTPUTS + 1U];
     size_t j, k;
     if (n_of > FMU_STATES + FMU_OUTPUTS) {
-        return fmu_refuse(instance, "%lu numbers are derived, and the model computes %lu.", (unsigned long)n_of,
+        return fmu_refuse(instance, "Derivatives of %lu numbers are requested, but the model computes %lu.",
+                          (unsigned long)n_of,
                           (unsigned long)(FMU_STATES + FMU_OUTPUTS));
     }
     for (j = 0; j < n_by; j++) {
@@ -254,11 +255,11 @@ FMU_EXPORT fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueRe
                   fmu_adjoint(INSTANCE, of, n_of, by, n_by, seed, sensitivity));
 }
 
-/* What is of other kinds of FMU, or of models with clocks, events, structural parameters or derivatives. */
+/* Functions of other kinds of FMU, or of models with clocks, events, structural parameters or derivatives. */
 #define NOT_OFFERED(Name, arguments, used)                                                                             \
     FMU_EXPORT fmi3Status fmi3##Name arguments {                                                                       \
         used;                                                                                                          \
-        return REFUSE("fmi3" #Name " is nothing that the model offers.");                                              \
+        return REFUSE("fmi3" #Name " is not supported by the model.");                                              \
     }
 
 NOT_OFFERED(EnterEventMode, (fmi3Instance c), (void)c)

@@ -1,7 +1,7 @@
-/* What both versions of FMI share: an instance and what may become of it. Written by stickslip.
+/* Common part of both versions of FMI: an instance and its functions. Written by stickslip.
  *
- * An instance takes steps of FMU_STEP [s], each with the inputs that stand when its end comes; communication steps may
- * be of any length. Whatever is refused is told to the logger of the importer, and changes nothing. */
+ * An instance takes steps of FMU_STEP [s], each with the inputs at its end; communication steps may be of any length.
+ * Refused calls are reported to the logger of the importer, and change nothing. */
 #ifndef FMU_INSTANCE_H
 #define FMU_INSTANCE_H
 
@@ -19,7 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What an importer may do with a variable. */
+/* Role of a variable for the importer. */
 typedef enum { FMU_INPUT, FMU_OUTPUT, FMU_PARAMETER, FMU_STATE } fmu_kind;
 
 typedef struct {
@@ -36,13 +36,13 @@ typedef struct {
 #define FMU_EXPORT __attribute__((visibility("default")))
 #endif
 
-/* Where an instance is in its life. */
+/* Phases of an instance. */
 typedef enum { FMU_INSTANTIATED, FMU_INITIALIZING, FMU_STEPPING, FMU_TERMINATED, FMU_FAILED } fmu_phase;
 
-/* All that a step depends on: what is saved and restored. */
+/* All that a step depends on; it is saved and restored. */
 typedef struct {
     fmu_model model;
-    /* Begin [s], and steps taken since. */
+    /* Start time [s], and number of steps. */
     double start;
     uint64_t steps;
     fmu_phase phase;
@@ -62,27 +62,27 @@ typedef struct {
     int configuring;
     xcp_service *service;
 #endif
-    void (*tell)(const void *importer, const char *name, int serious, const char *message);
+    void (*report)(const void *importer, const char *name, int serious, const char *message);
     void *importer;
     void *callback;
     char name[];
 } fmu_instance;
 
-/* Tells the importer what is wrong. */
+/* Reports a fault to the importer. */
 static int fmu_refuse(const fmu_instance *instance, const char *format, ...) {
     char message[512];
     va_list arguments;
     va_start(arguments, format);
     (void)vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    instance->tell(instance, instance->name, 1, message);
+    instance->report(instance, instance->name, 1, message);
     return 0;
 }
 
 #if defined(FMU_XCP)
 #include "service.h"
 #else
-/* Nobody but the importer looks at the model. */
+/* Only the importer accesses the model. */
 #define fmu_lock(instance) 1
 #define fmu_unlock(instance, done) (done)
 #define fmu_stepped(instance) ((void)0)
@@ -122,10 +122,10 @@ static double fmu_time(const fmu_instance *instance) {
     return instance->memory.start + (double)instance->memory.steps * FMU_STEP;
 }
 
-/* The number behind a reference; NULL, and said, where there is none. */
+/* The number of a reference; NULL, with a message, if there is none. */
 static double *fmu_number(fmu_instance *instance, uint32_t reference) {
     if ((reference < 1U) || (reference > FMU_COUNT)) {
-        (void)fmu_refuse(instance, "There is no variable of value reference %lu: 1 to %lu are known.",
+        (void)fmu_refuse(instance, "There is no variable of value reference %lu: valid are 1 to %lu.",
                          (unsigned long)reference, (unsigned long)FMU_COUNT);
         return NULL;
     }
@@ -148,18 +148,19 @@ static int fmu_get(fmu_instance *instance, const uint32_t *references, size_t co
     return 1;
 }
 
-/* Whether a variable may be set now, to this. */
+/* Whether a variable may be set now to this value. */
 static int fmu_may_set(const fmu_instance *instance, const fmu_variable *variable, double value) {
     const fmu_phase phase = instance->memory.phase;
     if (!isfinite(value)) {
-        return fmu_refuse(instance, "%s = %g is no finite number.", variable->name, value);
+        return fmu_refuse(instance, "%s = %g is not finite.", variable->name, value);
     }
     if ((variable->kind == FMU_OUTPUT) || ((variable->kind == FMU_STATE) && (phase > FMU_INITIALIZING))) {
-        return fmu_refuse(instance, "%s is computed: it %s be set.", variable->name,
-                          (variable->kind == FMU_OUTPUT) ? "cannot" : "can until initialization ends, and now cannot");
+        return fmu_refuse(instance, "%s is computed and cannot be set%s.", variable->name,
+                          (variable->kind == FMU_OUTPUT) ? "" : " after initialization ends");
     }
     if (phase > FMU_STEPPING) {
-        return fmu_refuse(instance, "%s is set after the end of the simulation: reset the instance.", variable->name);
+        return fmu_refuse(instance, "%s cannot be set after the end of the simulation: reset the instance.",
+                          variable->name);
     }
     return 1;
 }
@@ -180,7 +181,7 @@ static int fmu_set(fmu_instance *instance, const uint32_t *references, size_t co
     return 1;
 }
 
-/* Whether the parameters go together, once after they were set. */
+/* Checks the parameters once after they were set. */
 static int fmu_checked(fmu_instance *instance) {
     if (instance->memory.unchecked) {
         const char *fault = fmu_check(&instance->memory.model);
@@ -194,13 +195,13 @@ static int fmu_checked(fmu_instance *instance) {
 
 static int fmu_begin(fmu_instance *instance, double start) {
     if (!isfinite(start)) {
-        return fmu_refuse(instance, "The simulation cannot begin at %g s.", start);
+        return fmu_refuse(instance, "The simulation cannot start at %g s.", start);
     }
     instance->memory.start = start;
     return 1;
 }
 
-/* From one phase of life to the next. */
+/* From one phase to the next. */
 static int fmu_enter(fmu_instance *instance, const char *what, fmu_phase from, fmu_phase to) {
     if (instance->memory.phase != from) {
         return fmu_refuse(instance, "%s is not possible now.", what);
@@ -209,12 +210,12 @@ static int fmu_enter(fmu_instance *instance, const char *what, fmu_phase from, f
     return 1;
 }
 
-/* The slope of each number after one step from here along a direction of parameters, state and inputs: what the
- * references `by` change by `seed`, and all else does not. */
+/* The slope of each number after one step from here along a direction of parameters, state and inputs: the
+ * numbers `by` change by `seed`, all others are constant. */
 static int fmu_derivative(fmu_instance *instance, const uint32_t *of, size_t n_of, const uint32_t *by, size_t n_by,
                           const double *seed, double *sensitivity) {
     const fmu_model *model = &instance->memory.model;
-    /* The model as one row of numbers, as the direction has it; then what a step makes of it. */
+    /* The direction as one row of numbers, like the model; then the results of a step. */
     double direction[sizeof(fmu_model) / sizeof(double)] = {0.0};
     double values[FMU_STATES + FMU_OUTPUTS + 1U], slopes[FMU_STATES + FMU_OUTPUTS + 1U];
     const double *numbers = (const double *)(const void *)model;
@@ -224,7 +225,8 @@ static int fmu_derivative(fmu_instance *instance, const uint32_t *of, size_t n_o
             return 0;
         }
         if (FMU_VARIABLES[by[k] - 1U].kind == FMU_OUTPUT) {
-            return fmu_refuse(instance, "Nothing is derived by %s: it is an output.", FMU_VARIABLES[by[k] - 1U].name);
+            return fmu_refuse(instance, "No derivative with respect to %s: it is an output.",
+                              FMU_VARIABLES[by[k] - 1U].name);
         }
         direction[FMU_VARIABLES[by[k] - 1U].offset / sizeof(double)] += seed[k];
     }
@@ -233,7 +235,7 @@ static int fmu_derivative(fmu_instance *instance, const uint32_t *of, size_t n_o
             return 0;
         }
         if ((FMU_VARIABLES[of[k] - 1U].kind != FMU_OUTPUT) && (FMU_VARIABLES[of[k] - 1U].kind != FMU_STATE)) {
-            return fmu_refuse(instance, "%s follows from nothing: it is set.", FMU_VARIABLES[of[k] - 1U].name);
+            return fmu_refuse(instance, "%s has no derivatives: it is not computed.", FMU_VARIABLES[of[k] - 1U].name);
         }
     }
     fmu_tangent(numbers, direction, numbers + FMU_PARAMETERS, direction + FMU_PARAMETERS,
@@ -241,7 +243,7 @@ static int fmu_derivative(fmu_instance *instance, const uint32_t *of, size_t n_o
                 values + FMU_STATES, slopes + FMU_STATES);
     for (k = 0; k < n_of; k++) {
         const size_t number = (FMU_VARIABLES[of[k] - 1U].offset / sizeof(double)) - FMU_PARAMETERS;
-        /* Outputs stand behind the inputs in the model, and behind the states in what was computed. */
+        /* Outputs are after the inputs in the model, and after the states in the results. */
         const double slope = slopes[(FMU_VARIABLES[of[k] - 1U].kind == FMU_STATE) ? number : (number - FMU_INPUTS)];
         if (!isfinite(slope)) {
             return fmu_refuse(instance, "%s has no finite slope here.", FMU_VARIABLES[of[k] - 1U].name);
@@ -251,11 +253,11 @@ static int fmu_derivative(fmu_instance *instance, const uint32_t *of, size_t n_o
     return 1;
 }
 
-/* Steps up to `point` + `length` [s]; the phase is `FMU_FAILED` where one cannot be computed. */
+/* Steps up to `point` + `length` [s]; the phase is `FMU_FAILED` if one cannot be computed. */
 static int fmu_do_step(fmu_instance *instance, double point, double length) {
     fmu_memory *memory = &instance->memory;
     const double now = fmu_time(instance);
-    /* Importers add up steps in floating point, and may be where the next step ends only nearly. */
+    /* Importers add up steps in floating point, and may be slightly off the end of the next step. */
     const double slack = 1e-3 * FMU_STEP + 8.0 * DBL_EPSILON * fabs(point);
     double due;
     fenv_t caller;
@@ -263,10 +265,10 @@ static int fmu_do_step(fmu_instance *instance, double point, double length) {
         return fmu_refuse(instance, "A step is possible only between initialization and the end of the simulation.");
     }
     if (!isfinite(point) || !isfinite(length) || !(length > 0.0)) {
-        return fmu_refuse(instance, "A step of %g s from %g s is none.", length, point);
+        return fmu_refuse(instance, "A step of %g s from %g s is not valid.", length, point);
     }
     if ((point < now - slack) || (point >= now + FMU_STEP + slack)) {
-        return fmu_refuse(instance, "The step begins at %.17g s, and the instance stands at %.17g s.", point, now);
+        return fmu_refuse(instance, "The step begins at %.17g s, but the instance is at %.17g s.", point, now);
     }
     due = floor((point + length - memory->start + slack) / FMU_STEP);
     if (due - (double)memory->steps > 1e12) {
@@ -275,7 +277,7 @@ static int fmu_do_step(fmu_instance *instance, double point, double length) {
     if (!(fmu_lock(instance) && fmu_unlock(instance, fmu_checked(instance)))) {
         return 0;
     }
-    /* The arithmetic of the model: to nearest, with subnormal numbers, whatever the importer has chosen for itself. */
+    /* The arithmetic of the model: to nearest, with subnormal numbers, independent of the importer's settings. */
     (void)fegetenv(&caller);
     (void)fesetenv(FE_DFL_ENV);
     while (((double)memory->steps < due) && (memory->phase == FMU_STEPPING)) {
@@ -295,7 +297,7 @@ static int fmu_do_step(fmu_instance *instance, double point, double length) {
     return 1;
 }
 
-/* A saved memory says of which model it is. */
+/* A saved memory begins with the token of its model. */
 #define FMU_SAVED (sizeof FMU_TOKEN + sizeof(fmu_memory))
 
 static void fmu_save(fmu_instance *instance, unsigned char *into) {
@@ -307,7 +309,7 @@ static void fmu_save(fmu_instance *instance, unsigned char *into) {
 
 static int fmu_saved(const fmu_instance *instance, const unsigned char *saved, size_t size) {
     if ((saved == NULL) || (size != FMU_SAVED) || (memcmp(saved, FMU_TOKEN, sizeof FMU_TOKEN) != 0)) {
-        return fmu_refuse(instance, "What is to be restored was not saved by this model.");
+        return fmu_refuse(instance, "The state to restore was not saved by this model.");
     }
     return 1;
 }

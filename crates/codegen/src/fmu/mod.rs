@@ -1,9 +1,9 @@
-//! A block as an FMU: a model for the tools that speak FMI 2.0 or 3.0 (co-simulation).
+//! A block as an FMU: a model for tools with FMI 2.0 or 3.0 (co-simulation).
 //!
-//! The FMU is the C of [`c::project`](crate::c::project) behind the functions of the standard. Its variables are the
-//! numbers of the block: `input.…`, `output.…`, `parameters.…` (tunable) and `state.…`, each with its unit, range, value and
-//! documentation from the tables of the fields. It takes steps of the time that the block was prepared for, whatever
-//! communication steps the importer makes. FMI 2.0.4 and 3.0.1, <https://fmi-standard.org>.
+//! The FMU is the C code of [`c::project`](crate::c::project) with the functions of the standard. Its variables are the
+//! numbers of the block: `input.…`, `output.…`, `parameters.…` (tunable) and `state.…`, each with its unit, range,
+//! value and documentation from the tables of the fields. Its step size is that of the block, for any communication
+//! steps of the importer. FMI 2.0.4 and 3.0.1, <https://fmi-standard.org>.
 
 mod derivative;
 mod description;
@@ -38,8 +38,8 @@ impl Version {
         }
     }
 
-    /// Folder and ending of a library for the machine that this runs on, as the standard calls them; `None` where it has
-    /// no name for it.
+    /// Folder and ending of a library for this machine, as named in the standard; `None` if it has no name for the
+    /// machine.
     pub fn platform(self) -> Option<(&'static str, &'static str)> {
         match (std::env::consts::OS, std::env::consts::ARCH, self) {
             ("linux", "x86_64", Version::Two) => Some(("linux64", "so")),
@@ -62,7 +62,7 @@ impl Version {
     }
 }
 
-/// The files of an FMU but its library, and what that is compiled of.
+/// The files of an FMU except its library, and the sources of the library.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fmu {
     /// Name of the library.
@@ -71,11 +71,11 @@ pub struct Fmu {
     pub version: Version,
     /// Names and texts: `modelDescription.xml`, the sources, the page about the block.
     pub files: Vec<(String, String)>,
-    /// Those of them that are compiled, with `sources` as folder of headers.
+    /// The files to compile, with `sources` as the folder of headers.
     pub sources: Vec<String>,
 }
 
-/// What an importer may do with a variable.
+/// Role of a variable for an importer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
     Input,
@@ -87,12 +87,12 @@ enum Role {
 /// A number of the block.
 struct Variable {
     role: Role,
-    /// As in C, behind the struct that holds it: `drive.load_inertia`.
+    /// Path in C, within its struct: `drive.load_inertia`.
     path: String,
-    /// As importers know it: `parameters.drive.load_inertia`.
+    /// Name for importers: `parameters.drive.load_inertia`.
     name: String,
     field: &'static Field,
-    /// Value before the first step; of an output none that could be told.
+    /// Value before the first step; meaningless for an output.
     start: f64,
 }
 
@@ -108,19 +108,19 @@ impl Role {
     }
 }
 
-/// Makes an FMU of a project in `double`, called `name`, with steps of `step` [s]; with a `service` it speaks XCP, and its
-/// description `NAME.a2l` is still to be put into [`FOLDER`].
+/// Makes an FMU of a project in `double`, called `name`, with steps of `step` [s]; with a `service` it serves XCP, and
+/// the caller adds its description `NAME.a2l` to [`FOLDER`].
 pub fn fmu(project: &Project, name: &str, step: f64, version: Version, service: Option<&Service>) -> Fmu {
     let top = project.program.top();
     let variables = variables(project, top);
-    let code = |ending: &str| project.file(&format!("{name}.{ending}")).expect("every project has it").to_owned();
+    let code = |ending: &str| project.file(&format!("{name}.{ending}")).expect("each project has it").to_owned();
     let (functions, text) = version.functions();
     let described = |token: &str| description::model(top, name, token, step, version, &variables, service);
-    // Library and description know each other by all that both follow from.
+    // The token of library and description is a hash of all their sources.
     let parts = [include_str!("service.h"), include_str!("xcp.h"), include_str!("xcp_slave.h")];
     let shared = [include_str!("instance.h"), include_str!("fmi.h")];
     let token = token(&[&described(""), &code("h"), &code("c"), text, &shared.concat(), &parts.concat()]);
-    // One unit of translation: the derivatives call the small functions of the block.
+    // One translation unit: the derivatives call the helper functions of the block.
     let sources = vec![functions.to_owned()];
     let mut files = vec![
         ("modelDescription.xml".into(), described(&token)),
@@ -174,7 +174,7 @@ fn indexed(path: &str) -> String {
     path.replace("][", ",")
 }
 
-/// `{8-4-4-4-12}` hexadecimal digits that follow from texts (FNV-1a, 128 bits).
+/// `{8-4-4-4-12}` hexadecimal digits as a hash of texts (FNV-1a, 128 bits).
 fn token(texts: &[&str]) -> String {
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013B;
     let bytes = texts.iter().flat_map(|text| text.bytes().chain([0]));
@@ -186,7 +186,7 @@ fn token(texts: &[&str]) -> String {
     format!("{{{}}}", parts.join("-"))
 }
 
-/// `model.h`: the block as `instance.h` takes it.
+/// `model.h`: the block in the form that `instance.h` requires.
 fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable], service: Option<&Service>) -> String {
     // In the order of C.
     let parts = [
@@ -195,7 +195,7 @@ fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable],
         (Role::Input, "input", &top.input),
         (Role::Output, "output", &top.output),
     ];
-    let there = |role: Role| parts.iter().any(|(other, _, tree)| *other == role && tree.numbers() > 0);
+    let exists = |role: Role| parts.iter().any(|(other, _, tree)| *other == role && tree.numbers() > 0);
     let mut out = format!(
         "/* {} as a model of FMI, written by stickslip. */\n#ifndef FMU_MODEL_H\n#define FMU_MODEL_H\n\n\
          #include \"{name}.c\"\n\n#define FMU_TOKEN \"{token}\"\n#define FMU_STEP {step:?}\n#define FMU_COUNT {}U\n{}\n\
@@ -204,7 +204,7 @@ fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable],
         variables.len(),
         service.map_or_else(String::new, |service| service.definitions(name)),
     );
-    let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("a String takes everything");
+    let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("writing to a String cannot fail");
     for (role, kind, _) in parts.iter().filter(|(.., tree)| tree.numbers() > 0) {
         put(format_args!("    {name}_{kind} {};\n", role.names().0));
     }
@@ -222,31 +222,32 @@ fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable],
     put(format_args!(
         "}};\n\nstatic void fmu_start(fmu_model *model) {{\n    (void)memset(model, 0, sizeof *model);\n"
     ));
-    if there(Role::Parameter) {
+    if exists(Role::Parameter) {
         put(format_args!("    {name}_parameters_init(&model->p);\n"));
     }
-    if there(Role::State) {
+    if exists(Role::State) {
         put(format_args!("    {name}_init(&model->s);\n"));
     }
     for Variable { path, start, .. } in variables.iter().filter(|it| it.role == Role::Input && it.start != 0.0) {
         put(format_args!("    model->in.{path} = {start:?};\n"));
     }
     put(format_args!("}}\n\nstatic const char *fmu_check(const fmu_model *model) {{\n"));
-    if there(Role::Parameter) {
+    if exists(Role::Parameter) {
         put(format_args!("    return {name}_check(&model->p);\n}}\n\n"));
     } else {
         put(format_args!("    (void)model;\n    return NULL;\n}}\n\n"));
     }
     let arguments = [
-        (there(Role::Parameter), "&model->p"),
-        (there(Role::State), "&model->s"),
-        (there(Role::Input), "&model->in"),
+        (exists(Role::Parameter), "&model->p"),
+        (exists(Role::State), "&model->s"),
+        (exists(Role::Input), "&model->in"),
         (true, "FMU_STEP"),
-        (there(Role::Output), "&model->out"),
+        (exists(Role::Output), "&model->out"),
     ];
     let arguments: Vec<&str> = arguments.into_iter().filter(|it| it.0).map(|it| it.1).collect();
     put(format_args!(
-        "/* Not 0 if the step was not taken. */\nstatic int fmu_step(fmu_model *model) {{\n    return {name}_step({}) == \
+        "/* Not 0 if the step was not computed. */\nstatic int fmu_step(fmu_model *model) {{\n    return \
+         {name}_step({}) == \
          {}_NOT_COMPUTED;\n}}\n\n#endif /* FMU_MODEL_H */\n",
         arguments.join(", "),
         name.to_uppercase()

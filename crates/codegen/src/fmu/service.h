@@ -1,4 +1,4 @@
-/* The XCP service of an instance: where it is, when it begins and ends. Written by stickslip. */
+/* The XCP service of an instance: its address, start and end. Written by stickslip. */
 #ifndef FMU_SERVICE_H
 #define FMU_SERVICE_H
 
@@ -15,8 +15,8 @@ static void fmu_service_defaults(fmu_instance *instance) {
 #define fmu_silence(instance) ((void)0)
 
 static int fmu_serve(fmu_instance *instance, int must) {
-    const int wanted = instance->options.doors[0].enable || instance->options.doors[1].enable;
-    return !must || !wanted || fmu_refuse(instance, "The model has no XCP service on Windows: set xcp.tcp.enable to false.");
+    const int enabled = instance->options.doors[0].enable || instance->options.doors[1].enable;
+    return !must || !enabled || fmu_refuse(instance, "The model has no XCP service on Windows: set xcp.tcp.enable to false.");
 }
 
 #else
@@ -50,7 +50,7 @@ static void fmu_silence(fmu_instance *instance) {
     }
 }
 
-/* The service where the options say; a door that cannot be opened is an error where it `must` be. */
+/* The service at the address of the options; a socket that cannot be opened is an error if it `must` be. */
 static int fmu_serve(fmu_instance *instance, int must) {
     const xcp_options *options = &instance->options;
     const int by_datagrams = options->doors[1].enable;
@@ -76,7 +76,7 @@ static int fmu_serve(fmu_instance *instance, int must) {
 
 #endif /* _WIN32 */
 
-/* The door of an option that is meant by a reference; NULL, and said, where it is none of the kind. */
+/* The socket options of a reference; NULL, with a message, if it is not an option of the kind. */
 static xcp_door *fmu_door(fmu_instance *instance, uint32_t reference, xcp_option kind, const char *type) {
     const uint32_t option = reference - FMU_COUNT - 1U;
     if ((reference <= FMU_COUNT) || (option >= XCP_OPTIONS) || (option % 3U != (uint32_t)kind)) {
@@ -89,7 +89,7 @@ static xcp_door *fmu_door(fmu_instance *instance, uint32_t reference, xcp_option
 /* Whether options may be set now. */
 static int fmu_may_configure(const fmu_instance *instance, int configuring) {
     if ((instance->memory.phase != FMU_INSTANTIATED) || (configuring && !instance->configuring)) {
-        return fmu_refuse(instance, "Where XCP is served can be set before initialization%s, and now cannot.",
+        return fmu_refuse(instance, "Options of the XCP service can be set only before initialization%s.",
                           configuring ? ", in configuration mode" : "");
     }
     return 1;
@@ -97,7 +97,7 @@ static int fmu_may_configure(const fmu_instance *instance, int configuring) {
 
 static int fmu_set_port(const fmu_instance *instance, xcp_door *door, long port) {
     if ((port < 1) || (port > 65535)) {
-        return fmu_refuse(instance, "A port is a number from 1 to 65535, and %ld is none.", port);
+        return fmu_refuse(instance, "Port %ld is not valid: it must be from 1 to 65535.", port);
     }
     door->port = (int)port;
     return 1;
@@ -105,7 +105,7 @@ static int fmu_set_port(const fmu_instance *instance, xcp_door *door, long port)
 
 static int fmu_set_address(const fmu_instance *instance, xcp_door *door, const char *address) {
     if ((address == NULL) || (strlen(address) >= XCP_TEXT)) {
-        return fmu_refuse(instance, "The address to listen at is written as 127.0.0.1 or ::1.");
+        return fmu_refuse(instance, "The listen address must be of the form 127.0.0.1 or ::1.");
     }
     (void)memset(door->address, 0, sizeof door->address);
     (void)memcpy(door->address, address, strlen(address));

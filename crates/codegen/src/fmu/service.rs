@@ -1,7 +1,7 @@
-//! The XCP service that an FMU may bring along: FMI-LS-XCP 1.0.0, <https://github.com/modelica/fmi-ls-xcp>.
+//! The optional XCP service of an FMU: FMI-LS-XCP 1.0.0, <https://github.com/modelica/fmi-ls-xcp>.
 //!
 //! A slave for one master, by TCP or UDP. It is in C (`xcp_slave.h`), because it is compiled together with the model.
-//! Addresses are places of numbers in the model, the same on every machine.
+//! Addresses are positions of numbers in the model, the same on every machine.
 
 use std::fmt::Write as _;
 use std::net::IpAddr;
@@ -9,33 +9,33 @@ use std::net::IpAddr;
 use super::Version;
 use super::description::{HEAD, attributes};
 
-/// Where the files of the layered standard are in an FMU.
+/// Folder of the layered standard in an FMU.
 pub const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-xcp";
-/// Address of the first number of the model: parameters, states, inputs, outputs and time one behind the other.
+/// Address of the first number of the model: parameters, states, inputs, outputs and time, in this order.
 pub const NUMBERS: u32 = 0x1000_0000;
-/// Address of the text that says which model it is.
+/// Address of the identification of the model.
 pub const EPK: u32 = 0x3000_0000;
-/// Largest command and its response [bytes]: behind two bytes a whole number of doubles.
+/// Largest command and its response [bytes]: after two bytes a whole number of doubles.
 pub const MAX_CTO: usize = 250;
 /// Largest packet of measurements [bytes]: with its frame it fits a datagram on Ethernet.
 pub const MAX_DTO: usize = 1440;
 /// The only event.
 pub const EVENT: &str = "step";
 
-/// How a service differs from others.
+/// Configuration of a service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Service {
-    /// Where it listens unless told otherwise.
+    /// Default listen address.
     pub address: IpAddr,
-    /// The port, of TCP or of UDP.
+    /// Default port, of TCP or of UDP.
     pub port: u16,
-    /// Which model it is, as its description says too.
+    /// Identification of the model, the same as in its description.
     pub epk: String,
     /// The time of a step as a number of units, 10⁻⁹ s × 10^unit.
     pub cycle: (u8, u8),
 }
 
-/// A variable by which an importer says where the service is.
+/// A variable for the configuration of the service by an importer.
 struct Setting {
     name: &'static str,
     role: &'static str,
@@ -56,33 +56,33 @@ const SETTINGS: [Setting; 6] = [
         name: "xcp.tcp.enable",
         role: "XCPServiceTCPEnable",
         kind: Kind::Enable(true),
-        help: "Whether an XCP master may connect by TCP; by TCP or by UDP, not by both.",
+        help: "Whether an XCP master may connect by TCP. Enable either TCP or UDP.",
     },
-    Setting { name: "xcp.tcp.port", role: "XCPServiceTCPPort", kind: Kind::Port, help: "The port of TCP." },
+    Setting { name: "xcp.tcp.port", role: "XCPServiceTCPPort", kind: Kind::Port, help: "Port of TCP." },
     Setting {
         name: "xcp.tcp.listen_address",
         role: "XCPServiceTCPListenAddress",
         kind: Kind::Address,
-        help: "The address at which it listens by TCP. XCP knows no password: beyond this machine whoever reaches it can \
-               change the parameters.",
+        help: "Listen address of TCP. XCP has no password: on an address of a network, any computer that reaches it \
+        can change the parameters.",
     },
     Setting {
         name: "xcp.udp.enable",
         role: "XCPServiceUDPEnable",
         kind: Kind::Enable(false),
-        help: "Whether an XCP master may speak by UDP.",
+        help: "Whether an XCP master may connect by UDP.",
     },
-    Setting { name: "xcp.udp.port", role: "XCPServiceUDPPort", kind: Kind::Port, help: "The port of UDP." },
+    Setting { name: "xcp.udp.port", role: "XCPServiceUDPPort", kind: Kind::Port, help: "Port of UDP." },
     Setting {
         name: "xcp.udp.listen_address",
         role: "XCPServiceUDPListenAddress",
         kind: Kind::Address,
-        help: "The address at which it listens by UDP.",
+        help: "Listen address of UDP.",
     },
 ];
 
 impl Service {
-    /// What the C of the service takes from here, `name` being the model.
+    /// Definitions for the C code of the service; `name` is the model.
     pub(super) fn definitions(&self, name: &str) -> String {
         let text = |text: &str| text.replace('\\', "\\\\").replace('"', "\\\"");
         let mut out = String::from("\n/* The XCP service. */\n#define FMU_XCP 1\n");
@@ -101,7 +101,7 @@ impl Service {
             ("PORT", self.port.to_string()),
             ("LISTEN", format!("\"{}\"", self.address)),
         ] {
-            writeln!(out, "#define FMU_XCP_{what} {value}").expect("a String takes everything");
+            writeln!(out, "#define FMU_XCP_{what} {value}").expect("writing to a String cannot fail");
         }
         out
     }
@@ -145,16 +145,16 @@ impl Service {
                     writeln!(out, "    <String{whole}>\n      <Start value=\"{start}\"/>\n    </String>")
                 }
             }
-            .expect("a String takes everything");
+            .expect("writing to a String cannot fail");
         }
         out
     }
 
-    /// How many variables an importer sees of it.
+    /// Number of its variables.
     pub const VARIABLES: usize = SETTINGS.len();
 }
 
-/// `fmi-ls-manifest.xml`, where the description is called `file`.
+/// `fmi-ls-manifest.xml`; `file` is the description.
 pub(super) fn manifest(file: &str) -> String {
     let roles: String = SETTINGS
         .iter()
@@ -181,13 +181,15 @@ pub(super) fn manifest(file: &str) -> String {
 pub(super) fn page(name: &str, service: &Service) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}: XCP</title></head><body>\n\
-         <h1>XCP</h1>\n<p>The model serves one XCP master (CANape, INCA, pyxcp), by TCP at {address}, port {port}, unless the \
-         variables xcp.… say otherwise: FMI 2.0 sets them before the initialization, FMI 3.0 in configuration mode. The \
+         <h1>XCP</h1>\n<p>The model serves one XCP master (CANape, INCA, pyxcp), default: by TCP at {address}, port \
+         {port}. Set the variables xcp.… for other addresses: in FMI 2.0 before the initialization, in FMI 3.0 in \
+         configuration mode. The \
          description is {name}.a2l in {FOLDER}; its addresses are numbers within the model, the same for each platform \
-         and for the sources. Who changes the port changes it there too.</p>\n<p>Event {EVENT} comes after each step of the \
-         model; time stamps are simulated time in microseconds. Parameters change between two steps; what does not go \
-         together, or lies outside its range, is refused with a text. The service runs in a thread of its own (POSIX \
-         threads, sockets; compile with -pthread) and ends with the simulation. On Windows there is none: set \
+         and for the sources. Another port must be changed there, too.</p>\n<p>Event {EVENT} is raised after each \
+         step of the model; time stamps are simulated time in microseconds. Parameters change between two steps; \
+         values outside their range or in conflict with others are refused with a text. The service runs in a \
+         separate thread (POSIX \
+         threads, sockets; compile with -pthread) and ends with the simulation. It is not available on Windows: set \
          xcp.tcp.enable to false.</p>\n</body></html>\n",
         address = service.address,
         port = service.port,

@@ -5,7 +5,7 @@ use stickslip_core::friction::Stribeck;
 
 fn of_pid(version: Version) -> Fmu {
     let pid = Pid::<f64>::default();
-    fmu(&project::<_, f64>(&pid, "pid", 1e-3).expect("a name that C takes"), "pid", 1e-3, version, None)
+    fmu(&project::<_, f64>(&pid, "pid", 1e-3).expect("a valid name in C"), "pid", 1e-3, version, None)
 }
 
 fn text<'a>(fmu: &'a Fmu, name: &str) -> &'a str {
@@ -13,7 +13,7 @@ fn text<'a>(fmu: &'a Fmu, name: &str) -> &'a str {
 }
 
 #[test]
-fn a_variable_has_its_unit_range_value_and_words() {
+fn a_variable_has_its_unit_range_value_and_description() {
     for (version, start) in [(Version::Two, "<ScalarVariable"), (Version::Three, "<Float64")] {
         let fmu = of_pid(version);
         let xml = text(&fmu, "modelDescription.xml");
@@ -36,7 +36,7 @@ fn a_variable_has_its_unit_range_value_and_words() {
 }
 
 #[test]
-fn library_and_description_carry_the_same_token_and_other_models_another() {
+fn library_and_description_have_the_same_token_and_other_models_another() {
     let two = of_pid(Version::Two);
     let header = text(&two, "sources/model.h");
     let token = header.split("FMU_TOKEN \"").nth(1).and_then(|rest| rest.split('"').next()).expect("it has one");
@@ -51,15 +51,16 @@ fn library_and_description_carry_the_same_token_and_other_models_another() {
 #[test]
 fn a_block_without_state_has_none_in_c() {
     let curve = Stribeck::<f64>::default();
-    let made = fmu(&project::<_, f64>(&curve, "curve", 1e-3).expect("a name"), "curve", 1e-3, Version::Three, None);
-    let header = text(&made, "sources/model.h");
+    let curve_fmu =
+        fmu(&project::<_, f64>(&curve, "curve", 1e-3).expect("a name"), "curve", 1e-3, Version::Three, None);
+    let header = text(&curve_fmu, "sources/model.h");
     assert!(
         !header.contains("curve_state") && header.contains("curve_step(&model->p, &model->in, FMU_STEP, &model->out)")
     );
 }
 
 #[test]
-fn words_of_a_field_cannot_end_an_attribute() {
+fn texts_of_a_field_cannot_end_an_attribute() {
     assert_eq!(description::escape("a < \"b\" & c"), "a &lt; &quot;b&quot; &amp; c");
 }
 
@@ -69,21 +70,21 @@ fn service() -> Service {
 
 fn served(version: Version) -> Fmu {
     let pid = Pid::<f64>::default();
-    fmu(&project::<_, f64>(&pid, "pid", 1e-3).expect("a name that C takes"), "pid", 1e-3, version, Some(&service()))
+    fmu(&project::<_, f64>(&pid, "pid", 1e-3).expect("a valid name in C"), "pid", 1e-3, version, Some(&service()))
 }
 
 #[test]
-fn an_fmu_that_serves_xcp_says_so_and_where_it_can_be_told_to_be() {
+fn an_fmu_with_xcp_states_it_and_has_its_options() {
     for (version, causality) in [(Version::Two, "\"parameter\""), (Version::Three, "\"structuralParameter\"")] {
         let fmu = served(version);
         let manifest = text(&fmu, &format!("{FOLDER}/fmi-ls-manifest.xml"));
         assert!(manifest.contains("definition=\"pid.a2l\"") && manifest.contains("containsXCPService=\"true\""));
         let xml = text(&fmu, "modelDescription.xml");
-        // Each role is of a variable that there is, fixed and with a start.
+        // Each role is that of an existing variable, fixed and with a start.
         let roles = manifest.lines().filter(|line| line.contains("role="));
-        let named: Vec<&str> = roles.filter_map(|line| line.split("name=\"").nth(1)?.split('"').next()).collect();
-        assert_eq!(named.len(), Service::VARIABLES);
-        for name in named {
+        let names: Vec<&str> = roles.filter_map(|line| line.split("name=\"").nth(1)?.split('"').next()).collect();
+        assert_eq!(names.len(), Service::VARIABLES);
+        for name in names {
             let line = xml.lines().find(|line| line.contains(&format!("name=\"{name}\""))).expect(name);
             assert!(
                 line.contains(&format!("causality={causality}")) && line.contains("variability=\"fixed\""),

@@ -1,9 +1,9 @@
-//! Units of the fields as FMI knows them: a name, and its exponents over the base units of the SI.
+//! Units of the fields in FMI: a name, and its exponents over the base units of the SI.
 
 /// Base units in the order of the attributes of `BaseUnit`, with their names there.
 pub(super) const BASES: [&str; 6] = ["kg", "m", "s", "A", "K", "rad"];
 
-/// What the words of units are made of, as exponents over [`BASES`].
+/// The words of units as exponents over [`BASES`].
 const WORDS: [(&str, [i32; 6]); 14] = [
     ("kg", [1, 0, 0, 0, 0, 0]),
     ("m", [0, 1, 0, 0, 0, 0]),
@@ -26,27 +26,27 @@ pub(super) fn name(unit: &str) -> Option<String> {
     (!unit.is_empty() && unit != "1").then(|| unit.replace(' ', ".").replace('^', ""))
 }
 
-/// Exponents over [`BASES`]; `None` of what is no product of powers of the words above, such as `counts` or `√Hz`.
+/// Exponents over [`BASES`]; `None` if it is not a product of powers of the words above, such as `counts` or `√Hz`.
 pub(super) fn exponents(unit: &str) -> Option<[i32; 6]> {
     let mut all = [0; 6];
-    let (mut rest, mut sign) = (unit, 1);
-    // A slash divides by the one factor behind it: a word, or what stands in brackets.
-    while !rest.is_empty() {
-        let (factor, after) = if let Some(inner) = rest.strip_prefix('(') {
+    let (mut remainder, mut sign) = (unit, 1);
+    // A slash divides by the single factor after it: a word or a bracket.
+    while !remainder.is_empty() {
+        let (factor, after) = if let Some(inner) = remainder.strip_prefix('(') {
             let (inner, after) = inner.split_at(closing(inner)?);
             (exponents(inner)?, &after[1..])
         } else {
-            let (word, after) = rest.split_at(rest.find([' ', '/']).unwrap_or(rest.len()));
+            let (word, after) = remainder.split_at(remainder.find([' ', '/']).unwrap_or(remainder.len()));
             (power(word)?, after)
         };
         all.iter_mut().zip(factor).for_each(|(sum, exponent)| *sum += sign * exponent);
         sign = if after.starts_with('/') { -1 } else { 1 };
-        rest = after.get(1..).unwrap_or_default();
+        remainder = after.get(1..).unwrap_or_default();
     }
     Some(all)
 }
 
-/// Where the bracket closes that was open before the text.
+/// Position of the closing bracket of the one that was opened before the text.
 fn closing(text: &str) -> Option<usize> {
     let mut depth = 1;
     text.find(|letter| {
@@ -58,7 +58,7 @@ fn closing(text: &str) -> Option<usize> {
 /// `s^2`.
 fn power(word: &str) -> Option<[i32; 6]> {
     let (word, power) = word.split_once('^').unwrap_or((word, "1"));
-    let (_, exponents) = WORDS.iter().find(|(known, _)| *known == word)?;
+    let (_, exponents) = WORDS.iter().find(|(name, _)| *name == word)?;
     let power: i32 = power.parse().ok()?;
     Some(exponents.map(|exponent| power * exponent))
 }

@@ -1,9 +1,8 @@
 /* XCP on Ethernet in a model, as FMI-LS-XCP 1.0 describes it: one master by TCP or UDP. Written by stickslip.
  *
- * The service runs in a thread of its own. Commands and steps exclude each other; a step waits for no longer than a
- * command, and for no socket. After each step the numbers that a master measures go into a ring, which the thread sends;
- * rows that find no room there are left out, and the next one says so by the mark of an overload. On Windows there is no
- * service. */
+ * The service runs in a separate thread. Commands and steps exclude each other; a step waits at most for one command,
+ * and never for a socket. After each step the numbers that a master measures go into a ring, which the thread sends;
+ * rows without space there are dropped, and the next one has the overload mark. On Windows there is no service. */
 #ifndef FMU_XCP_H
 #define FMU_XCP_H
 
@@ -19,13 +18,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-/* Where a connection that is gone cannot be written to without a signal, it says so by itself. */
+/* Systems without MSG_NOSIGNAL suppress the signal of a closed connection by other means. */
 #if !defined(MSG_NOSIGNAL)
 #define MSG_NOSIGNAL 0
 #endif
 #endif
 
-/* Variables that tell where the service is, in the order of their references behind those of the model. */
+/* Options of the service, in the order of their references after those of the model. */
 typedef enum { XCP_TCP_ENABLE, XCP_TCP_PORT, XCP_TCP_ADDRESS, XCP_UDP_ENABLE, XCP_UDP_PORT, XCP_UDP_ADDRESS } xcp_option;
 
 #define XCP_OPTIONS 6U
@@ -66,37 +65,37 @@ typedef struct {
 typedef struct {
     pthread_mutex_t lock;
     pthread_t thread;
-    /* Where it was told to be, and whether by datagrams. */
+    /* The options at the start, and whether it uses UDP. */
     xcp_options options;
     int by_datagrams;
-    /* The door, the master's connection or -1, and a pipe by which the thread is told to end. */
+    /* The socket, the master's connection or -1, and a pipe that ends the thread. */
     int door, peer, ending[2];
     struct sockaddr_storage master;
     socklen_t master_length;
     /* Whether a command waits for the lock. */
     int waits;
-    /* What has come and is not answered yet [bytes]. */
+    /* Received and not yet answered [bytes]. */
     uint32_t received;
     uint8_t in[XCP_HEAD + 0xFFFFU];
     xcp_slave slave;
 } xcp_service;
 
-/* One command: without a connection there is nobody to answer. */
+/* One command; without a connection only CONNECT is answered. */
 static void xcp_command(xcp_service *service, fmu_memory *memory, const uint8_t *command, uint32_t length) {
     uint8_t answer[FMU_XCP_MAX_CTO + 1U];
-    uint32_t said;
+    uint32_t answer_length;
     if (!service->slave.connected && (command[0] != 0xFFU)) {
         return;
     }
     __atomic_store_n(&service->waits, 1, __ATOMIC_RELEASE);
     (void)pthread_mutex_lock(&service->lock);
     __atomic_store_n(&service->waits, 0, __ATOMIC_RELEASE);
-    said = xcp_answer(&service->slave, memory, command, length, answer);
+    answer_length = xcp_answer(&service->slave, memory, command, length, answer);
     (void)pthread_mutex_unlock(&service->lock);
-    xcp_push(&service->slave, answer, said);
+    xcp_push(&service->slave, answer, answer_length);
 }
 
-/* The master is gone. */
+/* The master has disconnected. */
 static void xcp_leave(xcp_service *service) {
     (void)pthread_mutex_lock(&service->lock);
     xcp_stop_all(&service->slave);
@@ -113,10 +112,10 @@ static void xcp_leave(xcp_service *service) {
     service->slave.counter = 0U;
 }
 
-/* Room for what one command may answer: a text and the answer. */
+/* Space for the answer of one command: a text and the answer. */
 #define XCP_ROOM (2U * (XCP_HEAD + FMU_XCP_MAX_CTO + 1U))
 
-/* The commands that have come whole; 0 where what came is no frame. */
+/* Executes the complete commands; 0 if the bytes are not a frame. */
 static int xcp_receive(xcp_service *service, fmu_memory *memory) {
     uint32_t at = 0U;
     while ((service->received - at >= XCP_HEAD) && (service->slave.pending + XCP_ROOM <= XCP_OUT)) {
@@ -135,7 +134,7 @@ static int xcp_receive(xcp_service *service, fmu_memory *memory) {
     return 1;
 }
 
-/* Takes measurements out of the ring while there is room: by datagrams as many as fit one. */
+/* Takes measurements out of the ring while there is space: with UDP as many as fit in one datagram. */
 static void xcp_fill(xcp_service *service) {
     const uint32_t most = service->by_datagrams ? XCP_HEAD + FMU_XCP_MAX_DTO : XCP_OUT - XCP_ROOM;
     (void)pthread_mutex_lock(&service->lock);
@@ -154,7 +153,7 @@ static void xcp_fill(xcp_service *service) {
     (void)pthread_mutex_unlock(&service->lock);
 }
 
-/* Sends what waits, as far as the socket takes it; 0 where the master is gone. */
+/* Sends pending bytes as far as the socket accepts them; 0 if the master has disconnected. */
 static int xcp_send(xcp_service *service) {
     while (service->slave.pending > 0U) {
         const struct sockaddr *master = (const struct sockaddr *)(const void *)&service->master;
@@ -184,7 +183,7 @@ static int xcp_alike(const struct sockaddr_storage *one, const struct sockaddr_s
     }
 }
 
-/* A datagram: of the master, or of one who becomes it. */
+/* A datagram: of the master, or of a new master. */
 static void xcp_datagram(xcp_service *service, fmu_memory *memory) {
     struct sockaddr_storage from;
     socklen_t length = sizeof from;
@@ -199,7 +198,7 @@ static void xcp_datagram(xcp_service *service, fmu_memory *memory) {
         (void)pthread_mutex_lock(&service->lock);
         measures = xcp_runs(&service->slave);
         (void)pthread_mutex_unlock(&service->lock);
-        /* One who measures is not pushed aside; one who is silent has gone, perhaps without a word. */
+        /* A measuring master is not replaced; an idle one may have left without DISCONNECT. */
         if (measures || ((uint32_t)got <= XCP_HEAD) || (service->in[XCP_HEAD] != 0xFFU)) {
             return;
         }
@@ -212,7 +211,7 @@ static void xcp_datagram(xcp_service *service, fmu_memory *memory) {
         service->slave.pending = 0U;
     }
     service->received = (uint32_t)got;
-    /* What is no frame is dropped, and what does not fit: a master asks again. */
+    /* Invalid frames and frames without space are dropped: a master repeats them. */
     (void)xcp_receive(service, memory);
     service->received = 0U;
 }
@@ -230,7 +229,7 @@ static void xcp_connection(xcp_service *service, fmu_memory *memory) {
     }
 }
 
-/* What is measured goes out before the service ends, if the master takes it within a second. */
+/* Sends the remaining measurements before the service ends, if the master accepts them within a second. */
 static void xcp_finish(xcp_service *service) {
     int tries;
     for (tries = 0; (tries < 1000) && service->slave.connected; tries++) {
@@ -258,7 +257,7 @@ static void *xcp_run(void *with) {
     free(with);
     for (;;) {
         struct pollfd watched[2];
-        /* By datagrams the door is where the master speaks. */
+        /* With UDP the master uses the socket itself. */
         const int speaks = service->by_datagrams || (service->peer >= 0);
         int measures;
         (void)pthread_mutex_lock(&service->lock);
@@ -267,7 +266,7 @@ static void *xcp_run(void *with) {
         watched[0].fd = service->ending[0];
         watched[0].events = POLLIN;
         watched[1].fd = (service->peer >= 0) ? service->peer : service->door;
-        /* Commands wait in the socket while there is no room for what they are answered. */
+        /* Commands wait in the socket while there is no space for their answers. */
         watched[1].events = (service->received < sizeof service->in) ? POLLIN : 0;
         if (speaks && (service->slave.pending > 0U)) {
             watched[1].events |= POLLOUT;
@@ -304,7 +303,7 @@ static void *xcp_run(void *with) {
     }
 }
 
-/* Opens the door of an address; -1, with `errno`, where it cannot be opened. */
+/* Opens the socket of an address; -1, with `errno`, if it cannot be opened. */
 static int xcp_open(const xcp_door *at, int by_datagrams) {
     struct sockaddr_in four;
     struct sockaddr_in6 six;
@@ -331,7 +330,7 @@ static int xcp_open(const xcp_door *at, int by_datagrams) {
         return -1;
     }
     if (!by_datagrams) {
-        /* The same port again at once after a run. */
+        /* The same port can be used again immediately after a run. */
         (void)setsockopt(door, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
     }
     if ((bind(door, address, length) != 0) || (!by_datagrams && (listen(door, 1) != 0)) ||
@@ -357,11 +356,11 @@ static void xcp_close(xcp_service *service) {
     free(service);
 }
 
-/* The service where it is told to be; NULL, with `errno`, where it cannot be. */
+/* The service at the address of the options; NULL, with `errno`, if it cannot be started. */
 static xcp_service *xcp_begin(const xcp_options *options, fmu_memory *memory) {
     xcp_service *service = calloc(1, sizeof *service);
     xcp_begin_with *with = malloc(sizeof *with);
-    pthread_mutexattr_t again;
+    pthread_mutexattr_t attributes;
     int fault = ENOMEM;
     if ((service == NULL) || (with == NULL) || (pipe(service->ending) != 0)) {
         free(service);
@@ -372,11 +371,11 @@ static xcp_service *xcp_begin(const xcp_options *options, fmu_memory *memory) {
     service->options = *options;
     service->by_datagrams = !options->doors[0].enable;
     service->peer = -1;
-    /* An importer may ask for a number while it is told what is wrong. */
-    (void)pthread_mutexattr_init(&again);
-    (void)pthread_mutexattr_settype(&again, PTHREAD_MUTEX_RECURSIVE);
-    (void)pthread_mutex_init(&service->lock, &again);
-    (void)pthread_mutexattr_destroy(&again);
+    /* An importer may read a number while a fault is reported to it. */
+    (void)pthread_mutexattr_init(&attributes);
+    (void)pthread_mutexattr_settype(&attributes, PTHREAD_MUTEX_RECURSIVE);
+    (void)pthread_mutex_init(&service->lock, &attributes);
+    (void)pthread_mutexattr_destroy(&attributes);
     service->door = xcp_open(&options->doors[service->by_datagrams], service->by_datagrams);
     fault = errno;
     with->service = service;
@@ -399,7 +398,7 @@ static void xcp_end(xcp_service *service) {
     xcp_close(service);
 }
 
-/* A command that waits comes first; it is short. */
+/* A waiting command has priority; it is short. */
 static void xcp_yield(const xcp_service *service) {
     int tries;
     for (tries = 0; (tries < 1000) && __atomic_load_n(&service->waits, __ATOMIC_ACQUIRE); tries++) {

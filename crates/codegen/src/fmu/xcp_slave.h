@@ -18,7 +18,7 @@ enum {
 #define XCP_PACKETS 1024U
 #define XCP_PACKETS_A_LIST 0x7CU
 #define XCP_ENTRIES 4096U
-/* Bytes that wait for the thread, and for the socket. */
+/* Sizes of the buffers for the thread, and for the socket [bytes]. */
 #define XCP_RING (4U << 20)
 #define XCP_OUT (1U << 16)
 #define XCP_TEXT_END 200U
@@ -53,7 +53,7 @@ typedef struct {
     /* List, packet and entry that is written next. */
     int placed;
     uint32_t place[3];
-    /* Bytes that have gone into the ring and out of it, and that wait for the socket. */
+    /* Bytes written to the ring, read from it, and pending for the socket. */
     uint32_t head, tail, pending;
     uint8_t out[XCP_OUT];
     uint8_t ring[XCP_RING];
@@ -73,7 +73,7 @@ static uint32_t xcp_get16(const uint8_t *from) { return (uint32_t)from[0] | ((ui
 
 static uint32_t xcp_get32(const uint8_t *from) { return xcp_get16(from) | (xcp_get16(from + 2) << 16); }
 
-/* A double as it travels: little-endian, whatever this machine is. */
+/* A double in the packet: little-endian on every machine. */
 static void xcp_put_double(uint8_t *into, double value) {
     uint64_t bits;
     (void)memcpy(&bits, &value, sizeof bits);
@@ -88,7 +88,7 @@ static double xcp_get_double(const uint8_t *from) {
     return value;
 }
 
-/* Numbers that can be read: all of the model, and the time behind them [s]. */
+/* Readable numbers: all of the model, then the time [s]. */
 #define XCP_NUMBERS ((uint32_t)(sizeof(fmu_model) / sizeof(double)) + 1U)
 
 static double xcp_number(const fmu_memory *memory, uint32_t number) {
@@ -96,7 +96,7 @@ static double xcp_number(const fmu_memory *memory, uint32_t number) {
                                         : ((const double *)(const void *)&memory->model)[number];
 }
 
-/* The number at an address from which on so many bytes are whole numbers of the model; -1 where they are not. */
+/* The number at an address if the bytes from there are complete numbers of the model, else -1. */
 static int64_t xcp_place(uint32_t address, uint32_t bytes) {
     const uint32_t number = (address - FMU_XCP_BASE) / 8U;
     const int whole = (address >= FMU_XCP_BASE) && (((address - FMU_XCP_BASE) % 8U) == 0U) && ((bytes % 8U) == 0U);
@@ -151,7 +151,7 @@ static void xcp_sample_list(xcp_slave *slave, const fmu_memory *memory, uint32_t
         bytes[3] = (uint8_t)number;
         list->overload = 0U;
         if (list->timestamp && (packet == 0U)) {
-            /* Microseconds of simulated time, which begin again after 71 minutes. */
+            /* Microseconds of simulated time, which overflow after 71 minutes. */
             xcp_put32(bytes + length, (uint32_t)(uint64_t)((double)memory->steps * (FMU_STEP * 1e6)));
             length += 4U;
         }
@@ -238,12 +238,12 @@ static int xcp_come_to(xcp_slave *slave, xcp_stage before, xcp_stage after) {
         return 0;
     }
     slave->stage = after;
-    /* The place of the next entry is said after the last allocation. */
+    /* The place of the next entry is set after the last allocation. */
     slave->placed = 0;
     return 1;
 }
 
-/* Appends a frame; there is room, since the thread does not go on without it. */
+/* Appends a frame; there is space, since the thread does not continue without it. */
 static void xcp_push(xcp_slave *slave, const uint8_t *packet, uint32_t length) {
     uint8_t *at = slave->out + slave->pending;
     xcp_put16(at, length);
@@ -259,7 +259,7 @@ static uint32_t xcp_refuse(uint8_t *answer, uint8_t code) {
     return 2U;
 }
 
-/* Why not, in words for people, before the answer. */
+/* Sends the reason of a refusal as text before the answer. */
 static void xcp_say(xcp_slave *slave, const char *text) {
     uint8_t packet[FMU_XCP_MAX_CTO] = {XCP_SERVICE, XCP_SERVICE_TEXT};
     size_t length = strlen(text);
@@ -270,7 +270,7 @@ static void xcp_say(xcp_slave *slave, const char *text) {
     xcp_push(slave, packet, (uint32_t)length + 4U);
 }
 
-/* So many bytes from the pointer on, which moves behind them. */
+/* `count` bytes from the pointer, which moves past them. */
 static uint32_t xcp_upload(xcp_slave *slave, const fmu_memory *memory, uint32_t count, uint8_t *answer) {
     int64_t number;
     uint32_t k;
@@ -307,7 +307,7 @@ static uint32_t xcp_upload(xcp_slave *slave, const fmu_memory *memory, uint32_t 
     return 1U + count;
 }
 
-/* Other parameters from the pointer on: all of them, or none. */
+/* Writes parameters from the pointer: all of them, or none. */
 static uint32_t xcp_download(xcp_slave *slave, fmu_memory *memory, const uint8_t *bytes, uint32_t count,
                              uint8_t *answer) {
     const int64_t number = xcp_place(slave->pointer, count);
@@ -487,7 +487,7 @@ static uint32_t xcp_measure(xcp_slave *slave, const fmu_memory *memory, const ui
             } else if ((c[1] == 0U) || slave->lists[k].selected) {
                 slave->lists[k].running = 0U;
             } else {
-                /* It is not meant. */
+                /* It is not selected. */
             }
             slave->lists[k].selected = 0U;
         }
@@ -562,7 +562,7 @@ static uint32_t xcp_answer(xcp_slave *slave, fmu_memory *memory, const uint8_t *
         return xcp_refuse(answer, XCP_SYNTAX);
     }
     switch (c[0]) {
-    case 0xFFU: /* CONNECT: calibration, measurement; optional modes can be asked for; bytes, little-endian. */
+    case 0xFFU: /* CONNECT: calibration, measurement; optional modes can be queried; bytes, little-endian. */
         xcp_stop_all(slave);
         xcp_free_lists(slave);
         slave->tail = slave->head;

@@ -1,4 +1,4 @@
-//! A controller in Rust as a library reads and answers: what a sample has, and a torque.
+//! A controller in Rust with the signature of a library: from a sample to a torque.
 
 use stickslip_core::block::Block;
 use stickslip_core::control::{ControllerInput, ControllerOutput};
@@ -7,13 +7,13 @@ use stickslip_core::scalar::Scalar;
 
 use crate::record::{Program, Recorded, record};
 
-/// What a controller reads in a sample.
+/// Inputs of a controller in a sample.
 #[derive(Clone, Copy, Debug, PartialEq, stickslip_core::Fields)]
 pub struct LawSample<T> {
-    /// Time since the begin of the controller.
+    /// Time since the start of the controller.
     #[field(symbol = "t", unit = "s")]
     pub time: T,
-    /// Wanted angle of the screw.
+    /// Desired angle of the screw.
     #[field(symbol = "r", unit = "rad")]
     pub reference_position: T,
     /// Its first derivative.
@@ -33,7 +33,7 @@ pub struct LawSample<T> {
     pub torque_limit: T,
 }
 
-/// A controller of the bench behind the signature of a library. It has the controller's name, parameters and laws.
+/// A controller of the bench with the signature of a library. It has the controller's name, parameters and laws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Loaded<C>(C);
 
@@ -82,7 +82,7 @@ impl<T: Scalar, C: Block<T, Input = ControllerInput<T>, Output = ControllerOutpu
     }
 }
 
-/// Records a controller with the values of its parameters, as [`source`](super::source) takes it.
+/// Records a controller with the values of its parameters, in the form for [`source`](super::source).
 pub fn record_law<C>(controller: &C) -> Program
 where
     C: Fields<f64>,

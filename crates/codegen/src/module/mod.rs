@@ -1,7 +1,7 @@
-//! A controller or a friction as the shared library that `stickslip load` takes: the five functions of `stickslip_module.h` around the
-//! code of [`c::project_of`](crate::c::project_of).
+//! A controller or a friction as the shared library for `stickslip load`: the five functions of `stickslip_module.h`
+//! around the code of [`c::project_of`](crate::c::project_of).
 //!
-//! All that changes lies in the instance that `stickslip_begin` makes: any number of them run side by side.
+//! All variables are in the instance that `stickslip_begin` creates: any number of instances run in parallel.
 
 mod law;
 
@@ -13,12 +13,12 @@ use stickslip_core::fields::Field;
 use crate::record::{Declared, Program, Real, Signature};
 use crate::tree::Tree;
 
-/// What a library is told once.
+/// Name of the input for the torque limit, which a library gets once.
 const LIMIT: &str = "torque_limit";
-/// What a controller gives.
+/// Name of the output of a controller.
 const TORQUE: &str = "torque";
 
-/// What a controller reads: all but the last are members of `stickslip_sample`.
+/// Inputs of a controller: all but the last are members of `stickslip_sample`.
 fn sample() -> Vec<(String, &'static Field)> {
     Tree::of(&LawSample::<f64>::default()).leaves()
 }
@@ -40,10 +40,10 @@ pub fn signature(name: &str, help: &str, parameters: Vec<Declared>, state: Vec<D
     }
 }
 
-/// What an input of a program is in a sample of a library; `None` where it is no signal of the bench.
+/// Member of the sample for an input of a program; `None` if it is not a signal of the bench.
 fn signal(input: &str) -> Option<&str> {
     match input {
-        // As a friction calls them.
+        // Names of the inputs of a friction.
         "velocity" => Some("sample->estimated_velocity"),
         "angle" => Some("sample->measured_angle"),
         LIMIT => Some("instance->torque_limit"),
@@ -51,8 +51,8 @@ fn signal(input: &str) -> Option<&str> {
     }
 }
 
-/// `NAME_module.c` of a program with that [`signature`], or of a friction: velocity and angle in, torque out; whatever else
-/// it takes is 0. It takes `NAME.c` and `stickslip_module.h` from beside it.
+/// `NAME_module.c` of a program with that [`signature`], or of a friction: velocity and angle in, torque out; all other
+/// inputs are 0. `NAME.c` and `stickslip_module.h` must be in the same folder.
 pub fn source(program: &Program, name: &str) -> String {
     let head = format!(
         "/* {name} as a library that stickslip loads, written by stickslip. Change the model, not this file. */\n\
@@ -83,7 +83,7 @@ fn has_state(program: &Program) -> bool {
     program.top().state.numbers() > 0
 }
 
-/// A row for each parameter, where there are any.
+/// A row for each parameter, if there are any.
 fn parameter_table(program: &Program) -> String {
     if !is_tuned(program) {
         return String::new();
@@ -91,7 +91,7 @@ fn parameter_table(program: &Program) -> String {
     let row = |((path, field), value): ((String, &Field), &f64)| {
         // The name of a parameter in a library has no dots.
         let texts = [&path.replace('.', "_"), field.unit, &plain(field.help).join(" ")].map(string).join(", ");
-        // What has no bound must be finite.
+        // Values without a bound must be finite.
         let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value];
         format!("    {{{texts}, {}}},\n", bounds.map(|value| literal(Real::DOUBLE, value)).join(", "))
     };
@@ -99,7 +99,7 @@ fn parameter_table(program: &Program) -> String {
     format!("static const stickslip_parameter PARAMETERS[] = {{\n{rows}}};\n\n")
 }
 
-/// What `stickslip_describe` gives.
+/// The result of `stickslip_describe`.
 fn description(program: &Program, name: &str) -> String {
     let table = if is_tuned(program) { "PARAMETERS" } else { "NULL" };
     format!(
@@ -149,9 +149,9 @@ fn begin_function(program: &Program, name: &str) -> String {
 }
 
 fn step_function(program: &Program, name: &str) -> String {
-    let known = sample();
+    let members = sample();
     let assign = |(path, _): (String, _)| {
-        let of_sample = || known.iter().any(|(name, _)| *name == path).then(|| format!("sample->{path}"));
+        let of_sample = || members.iter().any(|(name, _)| *name == path).then(|| format!("sample->{path}"));
         let value = signal(&path).map(str::to_owned).or_else(of_sample).unwrap_or_else(|| "0.0".into());
         format!("    in.{} = {value};\n", identifier_path(&path))
     };

@@ -1,5 +1,5 @@
-//! A step that no Rust type describes: its numbers are declared while the program runs, and it is computed by whoever
-//! has the words for it, such as a function in Python.
+//! A step without a Rust type: its numbers are declared at run time, and it is computed by a callback, such as a
+//! function in Python.
 
 use std::sync::Mutex;
 
@@ -9,29 +9,29 @@ use super::program::isolated;
 use super::{Id, LawBook, Node, Precision, Program, Real, Recorded, Source, Step};
 use crate::tree::{Group, Member, Tree};
 
-/// A number as it is declared.
+/// A declared number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declared {
-    /// As in C: `position_gain`.
+    /// Name in C: `position_gain`.
     pub name: String,
     /// SI unit: `N m/rad`; `1` for a pure number.
     pub unit: String,
-    /// What it is, in a sentence.
+    /// Description in one sentence.
     pub help: String,
     /// Smallest allowed value.
     pub minimum: f64,
     /// Largest allowed value.
     pub maximum: f64,
-    /// Value unless given; of a state, that before the first step.
+    /// Default value; of a state, that before the first step.
     pub value: f64,
 }
 
-/// What a step is called, and what goes in and out.
+/// Name, inputs and outputs of a step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signature {
     /// The step's name.
     pub name: String,
-    /// What it is: Markdown.
+    /// Description in Markdown.
     pub help: String,
     /// The parameters.
     pub parameters: Vec<Declared>,
@@ -43,7 +43,7 @@ pub struct Signature {
     pub output: Vec<Declared>,
 }
 
-/// What a step computes with, each in the order of its declaration.
+/// Arguments of a step, each in the order of its declaration.
 #[derive(Clone, Debug)]
 pub struct Given {
     /// The parameters.
@@ -56,7 +56,7 @@ pub struct Given {
     pub dt: Recorded,
 }
 
-/// What a step has computed, each in the order of its declaration.
+/// Results of a step, each in the order of its declaration.
 #[derive(Clone, Debug)]
 pub struct Computed {
     /// The state after the step.
@@ -65,14 +65,14 @@ pub struct Computed {
     pub output: Vec<Recorded>,
 }
 
-/// Records a step that computes with declared numbers, in the precision `F`. Recordings may lie within each other, each
-/// with numbers of its own.
+/// Records a step that computes with declared numbers, in the precision `F`. Recordings may be nested, each with its
+/// own numbers.
 ///
 /// # Errors
-/// What the step returns in place of its numbers.
+/// The error that the step returns.
 ///
 /// # Panics
-/// If the step computes another count of numbers than is declared.
+/// If the step computes another number of results than declared.
 pub fn record_declared<F: Precision, E>(
     signature: &Signature,
     step: impl FnOnce(Given) -> Result<Computed, E>,
@@ -90,13 +90,13 @@ pub fn record_declared<F: Precision, E>(
     });
     let Computed { state, output } = computed?;
     let ids = |numbers: Vec<Recorded>, declared: &[Declared]| -> Vec<Id> {
-        assert_eq!(numbers.len(), declared.len(), "{}: a number for each that is declared", signature.name);
+        assert_eq!(numbers.len(), declared.len(), "{}: one number per declaration", signature.name);
         numbers.into_iter().map(|number| number.id).collect()
     };
     let values = |declared: &[Declared]| declared.iter().map(|it| F::of(it.value).into()).collect();
     steps.push(Step {
-        name: kept(&signature.name),
-        help: kept(&signature.help),
+        name: static_text(&signature.name),
+        help: static_text(&signature.help),
         type_name: "",
         parameters: tree(&signature.parameters),
         state: tree(&signature.state),
@@ -119,17 +119,17 @@ fn tree(declared: &[Declared]) -> Tree {
     Tree::Group(Group { chosen: Vec::new(), members: declared.iter().map(member).collect() })
 }
 
-/// The row of a number in the tables. Tables live as long as the program; what is declared again is kept once.
+/// The row of a number in the tables. Tables live as long as the program; equal declarations share one row.
 fn row(declared: &Declared) -> &'static Field {
     static ROWS: Mutex<Vec<&'static Field>> = Mutex::new(Vec::new());
     let field = Field {
-        name: kept(&declared.name),
+        name: static_text(&declared.name),
         symbol: "",
-        unit: kept(&declared.unit),
+        unit: static_text(&declared.unit),
         minimum: declared.minimum,
         maximum: declared.maximum,
         default: declared.value,
-        help: kept(&declared.help),
+        help: static_text(&declared.help),
         kind: Kind::Real,
         shape: Shape::Number,
     };
@@ -139,20 +139,20 @@ fn row(declared: &Declared) -> &'static Field {
         text(other) == text(&field) && numbers(other) == numbers(&field)
     };
     let mut rows = ROWS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(known) = rows.iter().find(same) {
-        return known;
+    if let Some(existing) = rows.iter().find(same) {
+        return existing;
     }
     let row: &'static Field = Box::leak(Box::new(field));
     rows.push(row);
     row
 }
 
-/// A text for as long as the program lives; the same text is kept once.
-fn kept(text: &str) -> &'static str {
+/// A text with static lifetime; equal texts are stored once.
+fn static_text(text: &str) -> &'static str {
     static TEXTS: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
     let mut texts = TEXTS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(known) = texts.iter().find(|known| **known == text) {
-        return known;
+    if let Some(existing) = texts.iter().find(|existing| **existing == text) {
+        return existing;
     }
     let text: &'static str = Box::leak(text.into());
     texts.push(text);
@@ -203,14 +203,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_declared_again_is_the_same_row() {
+    fn equal_declarations_share_one_row() {
         let rows = [row(&declared("again", 1.0)), row(&declared("again", 1.0)), row(&declared("again", -1.0))];
         assert!(std::ptr::eq(rows[0], rows[1]) && !std::ptr::eq(rows[0], rows[2]));
         assert_eq!(held(), held());
     }
 
     #[test]
-    fn recordings_lie_within_each_other_and_a_refused_one_leaves_nothing() {
+    fn recordings_may_be_nested_and_a_failed_one_leaves_nothing() {
         let outer = record_declared::<f64, ()>(&signature(), |given| {
             let torque = given.parameters[0] * given.input[0];
             assert_eq!(held(), held());

@@ -1,4 +1,4 @@
-//! What a program computes, operation by operation: the reference of programs that no Rust function stands behind.
+//! Evaluation of a program, operation by operation: the reference of programs without a Rust function.
 
 use stickslip_core::block::Status;
 
@@ -6,12 +6,12 @@ use super::graph::apply;
 use super::{Graph, Id, Node, Operator, Precision, Program, Source, Step};
 
 impl Program {
-    /// One step in the precision that was recorded: the new state, and the output.
+    /// One step in the recorded precision: the new state, and the output.
     pub fn evaluate<F: Precision>(&self, parameters: &[F], state: &[F], input: &[F], dt: F) -> (Vec<F>, Vec<F>) {
         run(&self.steps, self.steps.len() - 1, parameters, state, input, dt)
     }
 
-    /// The same as [`stickslip_core::block::guarded`] takes it: NaN and infinity come neither out nor into the state.
+    /// The same guarded as by [`stickslip_core::block::guarded`]: neither outputs nor state become NaN or infinite.
     pub fn evaluate_guarded<F: Precision>(
         &self,
         parameters: &[F],
@@ -41,7 +41,7 @@ fn run<F: Precision>(
     let step = &steps[number];
     let graph: &Graph = &step.graph;
     let mut values: Vec<F> = Vec::with_capacity(graph.nodes.len());
-    let mut called: Vec<Option<Vec<F>>> = vec![None; graph.calls.len()];
+    let mut results_of_calls: Vec<Option<Vec<F>>> = vec![None; graph.calls.len()];
     for node in &graph.nodes {
         let of = |id: Id| values[id.index()];
         let all = |ids: &[Id]| -> Vec<F> { ids.iter().map(|id| of(*id)).collect() };
@@ -67,7 +67,7 @@ fn run<F: Precision>(
             Node::Or(a, b) => mask(is(a) || is(b)),
             Node::Not(a) => mask(!is(a)),
             Node::Result(call, k) => {
-                let results = called[call as usize].get_or_insert_with(|| {
+                let results = results_of_calls[call as usize].get_or_insert_with(|| {
                     let call = &graph.calls[call as usize];
                     let (state, input) = (all(&call.state), all(&call.input));
                     let (state, output) =

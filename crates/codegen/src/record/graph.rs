@@ -1,10 +1,10 @@
-//! What a block computes: operations on numbers, each written once.
+//! The operations of a block on numbers, each stored once.
 
 use std::collections::HashMap;
 
 use super::Precision;
 
-/// A number or a truth value of a graph: its position there. Operands stand before their results.
+/// A number or a truth value of a graph: its position there. Operands are before their results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Id(pub u32);
 
@@ -15,7 +15,7 @@ impl Id {
     }
 }
 
-/// Where a number comes from.
+/// Source of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Source {
     /// The parameters.
@@ -67,7 +67,7 @@ pub enum Operator {
 /// One operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Node {
-    /// A number handed in: which one of its struct.
+    /// An argument: struct and place.
     Source(Source, u32),
     /// A constant: the bits of its `f64`; single precision is exact in it.
     Constant(u64),
@@ -77,11 +77,11 @@ pub enum Node {
     Apply(Function, Id),
     /// Arithmetic.
     Binary(Operator, Id, Id),
-    /// The mask, what it gives where it is true, and where it is false.
+    /// The mask, the result if it is true, and the result if it is false.
     Select(Id, Id, Id),
-    /// A number that a call gives: which call, which number; first the new state, then the output.
+    /// A result of a call: call and place; first the new state, then the output.
     Result(u32, u32),
-    /// A mask known beforehand.
+    /// A constant mask.
     Truth(bool),
     /// a < b
     Less(Id, Id),
@@ -91,12 +91,12 @@ pub enum Node {
     And(Id, Id),
     /// Either mask.
     Or(Id, Id),
-    /// The opposite mask.
+    /// The negated mask.
     Not(Id),
 }
 
 impl Node {
-    /// What it works on; of a result, nothing: ask its [`Call`].
+    /// Its operands; of a result, none: see its [`Call`].
     pub fn operands(self) -> impl Iterator<Item = Id> {
         let list = match self {
             Node::Source(..) | Node::Constant(_) | Node::Result(..) | Node::Truth(_) => [None; 3],
@@ -113,7 +113,7 @@ impl Node {
 /// A step of another block within this one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Call {
-    /// Which function of the program.
+    /// Index of the function of the program.
     pub function: usize,
     /// Its parameters.
     pub parameters: Vec<Id>,
@@ -132,8 +132,8 @@ pub struct Graph {
     pub nodes: Vec<Node>,
     /// The steps of other blocks, in order.
     pub calls: Vec<Call>,
-    known: HashMap<Node, Id>,
-    known_calls: HashMap<Call, u32>,
+    ids: HashMap<Node, Id>,
+    call_numbers: HashMap<Call, u32>,
 }
 
 impl Graph {
@@ -147,7 +147,7 @@ impl Graph {
         if let Node::Constant(bits) = self.node(id) { Some(f64::from_bits(bits)) } else { None }
     }
 
-    /// The position of an operation, which is added unless it is known or follows from constants.
+    /// The position of an operation, which is added unless it exists or follows from constants.
     pub(super) fn add<F: Precision>(&mut self, node: Node) -> Id {
         match self.simplify::<F>(node) {
             Simple::Is(id) => id,
@@ -156,27 +156,27 @@ impl Graph {
     }
 
     fn intern(&mut self, node: Node) -> Id {
-        *self.known.entry(node).or_insert_with(|| {
+        *self.ids.entry(node).or_insert_with(|| {
             self.nodes.push(node);
             Id(u32::try_from(self.nodes.len() - 1).expect("a graph of 2³² operations does not fit into memory"))
         })
     }
 
-    /// The number of a call, which is added unless the same is known: a step has no effects besides its results.
+    /// The number of a call, which is added unless an equal one exists: a step has no effects except its results.
     pub(super) fn call(&mut self, call: Call) -> u32 {
-        *self.known_calls.entry(call.clone()).or_insert_with(|| {
+        *self.call_numbers.entry(call.clone()).or_insert_with(|| {
             self.calls.push(call);
             u32::try_from(self.calls.len() - 1).expect("fewer calls than operations")
         })
     }
 
-    /// Only rules that keep the bits of every result that is no NaN.
+    /// Only rules that keep the bits of every result except NaN.
     fn simplify<F: Precision>(&self, node: Node) -> Simple {
         let value = |id: Id| self.constant(id).map(F::of);
-        let is = |id: Id, wanted: f64| self.constant(id).is_some_and(|v| v.to_bits() == wanted.to_bits());
+        let is = |id: Id, expected: f64| self.constant(id).is_some_and(|v| v.to_bits() == expected.to_bits());
         let folded = |number: F| {
             let number: f64 = number.into();
-            // The sign of a NaN differs between machines: let the machine make it.
+            // The sign of a NaN differs between machines: it is computed by the machine.
             if number.is_nan() { Simple::Needs(node) } else { Simple::Needs(Node::Constant(number.to_bits())) }
         };
         let truth = |id: Id| if let Node::Truth(truth) = self.node(id) { Some(truth) } else { None };

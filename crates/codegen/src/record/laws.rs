@@ -11,18 +11,18 @@ pub struct Law {
     pub path: String,
     /// Its value.
     pub value: Id,
-    /// How it must relate to the bound.
+    /// Relation to the bound.
     pub order: Order,
-    /// What the other fields give.
+    /// The bound, from the other fields.
     pub bound: Id,
-    /// Why, and what to do.
+    /// Reason and remedy.
     pub remedy: &'static str,
 }
 
-/// All laws of a block, here and below, with the graph that their numbers lie in.
+/// All laws of a block and its parts, with the graph of their numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LawBook {
-    /// What values and bounds are computed by, from the parameters alone.
+    /// The graph of values and bounds, from the parameters alone.
     pub graph: Graph,
     /// The laws.
     pub laws: Vec<Law>,

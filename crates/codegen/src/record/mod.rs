@@ -1,4 +1,4 @@
-//! Numbers that remember where they come from.
+//! Numbers that record their operations.
 
 mod declared;
 mod evaluate;
@@ -19,11 +19,11 @@ use program::node;
 pub(crate) use program::record_function;
 pub use program::{Program, Step, record};
 
-/// The arithmetic that is recorded: `f64` or `f32`.
+/// The recorded arithmetic: `f64` or `f32`.
 pub trait Precision: Scalar<Mask = bool> + Into<f64> {
-    /// What C calls it.
+    /// Name of the type in C.
     const C_NAME: &'static str;
-    /// What stands behind its literals and functions in C.
+    /// Suffix of its literals and functions in C.
     const C_SUFFIX: &'static str;
     /// The shortest text that reads back to the same number.
     fn text(self) -> String;
@@ -86,10 +86,11 @@ impl std::fmt::Display for Real {
     }
 }
 
-/// A number of a block that is being recorded, whose precision is that of the recording. It lives within [`record`];
+/// A number of a block during its recording, in the precision of the recording. It is valid within [`record`];
 /// elsewhere its arithmetic panics.
 ///
-/// Each operation is a call of one function that is not inlined: a block is compiled over recorded numbers to run once.
+/// Each operation is a call of one function that is not inlined: the code of a block over recorded numbers runs only
+/// once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recorded {
     id: Id,

@@ -1,4 +1,4 @@
-//! From a block to the functions that it consists of.
+//! From a block to its functions.
 
 use std::cell::RefCell;
 
@@ -8,14 +8,14 @@ use stickslip_core::fields::{Fields, each};
 use super::{Call, Graph, Id, LawBook, Node, Precision, Real, Recorded, Source, laws};
 use crate::tree::Tree;
 
-/// A block's step as recorded.
+/// The recorded step of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// The block's name.
     pub name: &'static str,
-    /// Its doc comment, Markdown as it stands in the source: equation and reference.
+    /// Its doc comment, as Markdown: equation and reference.
     pub help: &'static str,
-    /// The type behind the name; empty where it was declared.
+    /// The Rust type; empty for a declared step.
     pub(super) type_name: &'static str,
     /// The parameters.
     pub parameters: Tree,
@@ -25,7 +25,7 @@ pub struct Step {
     pub input: Tree,
     /// The output.
     pub output: Tree,
-    /// What it computes.
+    /// The operations.
     pub graph: Graph,
     /// The state after the step.
     pub new_state: Vec<Id>,
@@ -34,7 +34,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// Whether the step leaves a number of its state as it is.
+    /// Whether the step does not change a number of its state.
     pub fn keeps(&self, number: usize) -> bool {
         self.graph.node(self.new_state[number]) == Node::Source(Source::State, number as u32)
     }
@@ -43,7 +43,7 @@ impl Step {
 /// A block and the blocks that it calls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
-    /// Callees stand before their callers; the block itself is the last.
+    /// Callees are before their callers; the block itself is the last.
     pub steps: Vec<Step>,
     /// The values of its parameters.
     pub parameters: Vec<f64>,
@@ -60,7 +60,7 @@ impl Program {
     }
 }
 
-/// The recording on this thread: a graph for each block between the outermost and the current one.
+/// The recording on this thread: one graph for each block from the outermost to the current one.
 struct Recorder {
     real: Real,
     graphs: Vec<Graph>,
@@ -71,7 +71,8 @@ thread_local! {
     static RECORDER: RefCell<Option<Recorder>> = const { RefCell::new(None) };
 }
 
-/// Changes the recording on this thread. Only functions that are not generic call it, so that it is compiled a dozen times.
+/// Changes the recording on this thread. Only functions that are not generic call it, so that it is compiled only about
+/// a dozen times.
 fn recorder<R>(change: impl FnOnce(&mut Recorder) -> R) -> R {
     RECORDER.with_borrow_mut(|it| {
         change(it.as_mut().expect("recorded numbers live within `record`; no recording is active on this thread"))
@@ -82,7 +83,7 @@ fn graph<R>(change: impl FnOnce(&mut Graph) -> R) -> R {
     recorder(|it| change(it.graphs.last_mut().expect("a recording has a graph")))
 }
 
-/// What a closure gives, the graph that it leaves behind and the steps that it calls, apart from any other recording.
+/// The result of a closure, its graph and the steps that it calls, separate from any other recording.
 pub(super) fn isolated<R>(real: Real, work: impl FnOnce() -> R) -> (R, Graph, Vec<Step>) {
     let outer = begin(real);
     let result = work();
@@ -90,7 +91,7 @@ pub(super) fn isolated<R>(real: Real, work: impl FnOnce() -> R) -> (R, Graph, Ve
     (result, graph, steps)
 }
 
-/// Begins a recording; the one that was active so far.
+/// Begins a recording; returns the previous one.
 fn begin(real: Real) -> Option<Recorder> {
     RECORDER.replace(Some(Recorder { real, graphs: vec![Graph::default()], steps: Vec::new() }))
 }
@@ -98,7 +99,7 @@ fn begin(real: Real) -> Option<Recorder> {
 /// Ends a recording and continues the outer one: the graph and the steps of the recording.
 fn end(outer: Option<Recorder>) -> (Graph, Vec<Step>) {
     let Recorder { mut graphs, steps, .. } = RECORDER.replace(outer).expect("a recording ends once");
-    (graphs.pop().expect("each graph is closed where it was opened"), steps)
+    (graphs.pop().expect("each graph is closed by its opener"), steps)
 }
 
 /// Opens the graph of a block within the current one.
@@ -108,7 +109,7 @@ fn open() {
 
 /// Closes the current graph.
 fn close() -> Graph {
-    recorder(|it| it.graphs.pop()).expect("each graph is closed where it was opened")
+    recorder(|it| it.graphs.pop()).expect("each graph is closed by its opener")
 }
 
 /// The position of an operation in the current graph.
@@ -124,9 +125,9 @@ pub(super) fn constant(double: f64, single: f64) -> Recorded {
     Recorded::new(Node::Constant(round(double, single).to_bits()))
 }
 
-/// A struct of recorded numbers, whatever its type: all but the step itself is compiled once.
+/// A struct of recorded numbers of any type: all code except the step itself is compiled once.
 trait Numbers {
-    /// What it consists of.
+    /// Its structure.
     fn tree(&self) -> Tree;
     /// Visits each number.
     fn each(&mut self, visit: &mut dyn FnMut(&mut Recorded));
@@ -155,7 +156,7 @@ fn ids(values: &mut dyn Numbers) -> Vec<Id> {
     ids
 }
 
-/// Replaces the numbers by those that come from outside the block.
+/// Replaces the numbers by arguments of the block.
 fn take_from(values: &mut dyn Numbers, source: Source) {
     let mut place = 0;
     values.each(&mut |number| {
@@ -164,11 +165,11 @@ fn take_from(values: &mut dyn Numbers, source: Source) {
     });
 }
 
-/// Replaces the numbers by the results of a call, from the one at `first` on; a number that is `kept` stays.
-fn take_results(values: &mut dyn Numbers, call: u32, first: usize, kept: &[bool]) {
+/// Replaces the numbers by the results of a call, from the one at `first` on; a number marked `unchanged` stays.
+fn take_results(values: &mut dyn Numbers, call: u32, first: usize, unchanged: &[bool]) {
     let mut place = 0;
     values.each(&mut |number| {
-        if !kept.get(place).is_some_and(|kept| *kept) {
+        if !unchanged.get(place).is_some_and(|unchanged| *unchanged) {
             *number = Recorded::new(Node::Result(call, (first + place) as u32));
         }
         place += 1;
@@ -233,10 +234,10 @@ fn record_laws(block: &impl Fields<Recorded>) -> LawBook {
     LawBook { graph: close(), laws }
 }
 
-/// A block within another: a function of its own, and a call of it.
+/// A block within another: a separate function, and a call of it.
 ///
-/// The callee is recorded at each call and then compared with those known: whatever its parameters choose, equal steps
-/// are one function. That costs as many operations as the flat step has, and no key can be too coarse.
+/// The callee is recorded at each call and then compared with the existing ones: for any choices of the parameters,
+/// equal steps are one function. This costs as many operations as the flat step has, but requires no key.
 #[inline(never)]
 pub(super) fn call<B: Block<Recorded>>(block: &B, state: &mut B::State, input: B::Input, dt: Recorded) -> B::Output {
     let (step, mut output) = record_step(block, state, &input);
@@ -252,20 +253,20 @@ fn enter(
     state: &mut dyn Numbers,
     output: &mut dyn Numbers,
 ) {
-    let kept: Vec<bool> = (0..step.new_state.len()).map(|number| step.keeps(number)).collect();
+    let unchanged: Vec<bool> = (0..step.new_state.len()).map(|number| step.keeps(number)).collect();
     let function = recorder(|it| {
-        it.steps.iter().position(|known| *known == step).unwrap_or_else(|| {
+        it.steps.iter().position(|existing| *existing == step).unwrap_or_else(|| {
             it.steps.push(step);
             it.steps.len() - 1
         })
     });
     let call = Call { function, parameters: parameters.ids(), state: state.ids(), input: input.ids(), step: dt.id };
     let call = graph(|graph| graph.call(call));
-    take_results(state, call, 0, &kept);
-    take_results(output, call, kept.len(), &[]);
+    take_results(state, call, 0, &unchanged);
+    take_results(output, call, unchanged.len(), &[]);
 }
 
-/// Records a block in the precision `F`. Choices in the parameters are made here; numbers stay open.
+/// Records a block in the precision `F`. Choices in the parameters are fixed here; numbers stay variable.
 pub fn record<B, F>(parameters: &B) -> Program
 where
     F: Precision,
@@ -293,7 +294,7 @@ where
     Program { steps, parameters: values, start, laws }
 }
 
-/// Recorded constants; their values are kept in `values`.
+/// Recorded constants; their values are in `values`.
 fn constants(values: &mut Vec<f64>) -> impl FnMut(f64) -> Recorded {
     |value| {
         values.push(value);

@@ -1,11 +1,11 @@
-//! Computes what a diagram shows, from its nodes and wires alone; of the graph it takes what is written at a node.
+//! Evaluation of a diagram from its nodes and wires alone; only the texts of nodes are from the graph.
 
 use stickslip_codegen::diagram::{Bound, Diagram, End, Factor, Kind, Node, Page, Relation, Role};
 use stickslip_codegen::record;
 use stickslip_codegen::record::{Function, Graph, Id, Operator, Source, Step};
 use stickslip_core::scalar::Scalar;
 
-/// What a step starts from.
+/// Arguments of a step.
 pub(crate) struct Given<'a> {
     pub(crate) parameters: &'a [f64],
     pub(crate) state: &'a [f64],
@@ -13,7 +13,7 @@ pub(crate) struct Given<'a> {
     pub(crate) dt: f64,
 }
 
-/// New state and output of a page; masks are 0 or 1. Panics where a picture would be incomplete.
+/// New state and output of a page; masks are 0 or 1. Panics if a picture is incomplete.
 pub(crate) fn evaluate(diagram: &Diagram, page: usize, given: &Given) -> (Vec<f64>, Vec<f64>) {
     let page = &diagram.pages[page];
     let fixed = fixed(page.step, given);
@@ -45,7 +45,7 @@ pub(crate) fn evaluate(diagram: &Diagram, page: usize, given: &Given) -> (Vec<f6
     (state, output)
 }
 
-/// Where the wire that ends at each input port begins.
+/// The start of the wire at each input port.
 fn wires(page: &Page) -> Vec<Vec<Option<End>>> {
     let mut out: Vec<Vec<Option<End>>> = page.nodes.iter().map(|node| vec![None; node.inputs.len()]).collect();
     for wire in &page.wires {
@@ -60,7 +60,7 @@ struct Run<'a> {
     page: &'a Page<'a>,
     given: &'a Given<'a>,
     fixed: Vec<f64>,
-    /// What has left each output port.
+    /// The values of each output port.
     values: Vec<Vec<Vec<f64>>>,
     from: Vec<Vec<Option<End>>>,
 }
@@ -71,7 +71,7 @@ impl Run<'_> {
         self.values[from.node].get(from.port).map(Vec::as_slice)
     }
 
-    /// Whether the node could be computed. What leaves a delay is known before what enters it.
+    /// Whether the node could be computed. The output of a delay is known before its input.
     fn compute(&mut self, number: usize, state: &mut [f64]) -> bool {
         let page = self.page;
         let node = &page.nodes[number];
@@ -110,7 +110,7 @@ impl Run<'_> {
         state: &mut [f64],
     ) -> Vec<Vec<f64>> {
         let call = &self.page.step.graph.calls[call];
-        // What has no wire depends on no signal, or stays within the box.
+        // Ports without a wire depend on no signal, or are within the box.
         let fixed = |ids: &[Id]| ids.iter().map(|id| self.fixed[id.index()]).collect::<Vec<_>>();
         let (mut parameters, mut own, mut input) = (fixed(&call.parameters), fixed(&call.state), fixed(&call.input));
         if let Some(first) = keeps {

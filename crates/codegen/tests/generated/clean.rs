@@ -1,5 +1,5 @@
-//! What a reviewer asks of generated code: compilers, sanitizers and cppcheck with MISRA find nothing, faults are
-//! named, the example runs, and the page tells the truth.
+//! Review of generated code: compilers, sanitizers and cppcheck with MISRA find nothing, faults are reported, the
+//! example runs, and the page is correct.
 
 use std::path::Path;
 
@@ -17,27 +17,27 @@ use stickslip_core::tick::Tick;
 
 const SANITIZERS: [&str; 3] = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 
-/// Compiles code, self-test and example, and runs them; what they print.
-fn run_example(written: &Written, compiler: &str, flags: &[&str]) -> (bool, String) {
-    let (folder, name) = (written.folder.path(), written.name);
+/// Compiles code, self-test and example, and runs them; returns their output.
+fn run_example(project_folder: &Written, compiler: &str, flags: &[&str]) -> (bool, String) {
+    let (folder, name) = (project_folder.folder.path(), project_folder.name);
     let files = [format!("{name}.c"), format!("{name}_selftest.c"), "main.c".into()];
     compile(folder, compiler, flags, &files.each_ref().map(String::as_str), "example");
     tool(folder, "./example", "", &[])
 }
 
 fn every_project_compiles_without_a_warning_and_its_example_runs(compiler: &str, level: &str) {
-    for written in projects::all() {
+    for project_folder in projects::all() {
         let flags = [&STRICT[..], &[level]].concat();
-        let (success, table) = run_example(&written, compiler, &flags);
-        assert!(success, "{}: {table}", written.name);
+        let (success, table) = run_example(&project_folder, compiler, &flags);
+        assert!(success, "{}: {table}", project_folder.name);
         let columns = table.lines().next().unwrap_or_default().split(',').count();
         assert_eq!(table.lines().count(), 401, "{table}");
         assert!(table.lines().all(|line| line.split(',').count() == columns && !line.contains("nan")), "{table}");
-        assert!(table.lines().skip(1).all(|line| line.ends_with(",ok")), "{}: {table}", written.name);
+        assert!(table.lines().skip(1).all(|line| line.ends_with(",ok")), "{}: {table}", project_folder.name);
         let outputs = table.lines().next().unwrap_or_default().split(',').filter(|c| c.starts_with("output"));
         let results = |line: &str| line.splitn(columns - outputs.clone().count(), ',').last().map(String::from);
         let different: std::collections::HashSet<_> = table.lines().skip(1).map(results).collect();
-        assert!(different.len() > 5, "{}: {table}", written.name);
+        assert!(different.len() > 5, "{}: {table}", project_folder.name);
     }
 }
 
@@ -58,11 +58,11 @@ every_project_is_clean! {
 }
 
 #[test]
-fn sanitizers_find_nothing() {
-    for written in projects::all() {
+fn sanitizers_find_no_fault() {
+    for project_folder in projects::all() {
         let flags = [&STRICT[..], &SANITIZERS].concat();
-        let (success, messages) = run_example(&written, "gcc", &flags);
-        assert!(success, "{}: {messages}", written.name);
+        let (success, messages) = run_example(&project_folder, "gcc", &flags);
+        assert!(success, "{}: {messages}", project_folder.name);
     }
     let (block, dt) = (bench::bench(), bench::TICK);
     let trajectories = case::trajectories(&block, dt);
@@ -72,7 +72,8 @@ fn sanitizers_find_nothing() {
     assert_same("with sanitizers", &number::run_guarded(&block, &trajectories), &ran.guarded);
 }
 
-/// Rules that cppcheck says are broken: `misra-c2012-19.2`, `duplicateExpression`. The example is no part of the product.
+/// Rules that cppcheck reports as violated: `misra-c2012-19.2`, `duplicateExpression`. The example is not part of the
+/// product.
 fn findings(folder: &Path) -> Vec<String> {
     let arguments = [
         "--std=c99",
@@ -84,7 +85,7 @@ fn findings(folder: &Path) -> Vec<String> {
         ".",
     ];
     let (_, text) = tool(folder, "cppcheck", "cppcheck", &arguments);
-    // A block's input is the same whatever model is chosen in it: one without ripple does not look at the angle.
+    // A block's input is the same for every model: one without ripple does not read the angle.
     let counts = |line: &&str| line.contains(':') && !line.starts_with("main.c:") && rule(line) != "unusedStructMember";
     text.lines().filter(counts).map(String::from).collect()
 }
@@ -97,78 +98,83 @@ fn rule(finding: &str) -> &str {
 fn cppcheck_and_misra_find_the_stated_deviations_and_no_more() {
     let deviations = DEVIATIONS.map(|(rule, _)| format!("misra-c2012-{rule}"));
     let mut needed = Vec::new();
-    // What the bench consists of, and one in single precision: the bench itself takes cppcheck longer than all of them.
+    // The parts of the bench, and one in single precision: the bench itself takes cppcheck longer than all of them.
     let parts = ["sliding", "nested", "pid", "encoder", "pickups", "machine", "tick", "difference_single"];
-    let all: Vec<_> = projects::all().into_iter().filter(|written| parts.contains(&written.name)).collect();
-    // Side by side: this is what the others wait for.
-    let found = std::thread::scope(|scope| {
+    let all: Vec<_> =
+        projects::all().into_iter().filter(|project_folder| parts.contains(&project_folder.name)).collect();
+    // In parallel: this takes longest.
+    let reports = std::thread::scope(|scope| {
         let running: Vec<_> = all.iter().map(|it| it.folder.path()).map(|at| scope.spawn(|| findings(at))).collect();
         running.into_iter().map(|it| it.join().expect("cppcheck has run")).collect::<Vec<_>>()
     });
-    for (written, found) in all.iter().zip(found) {
-        let other: Vec<_> = found.iter().filter(|finding| !deviations.iter().any(|d| d == rule(finding))).collect();
-        assert!(other.is_empty(), "{}: {other:#?}", written.name);
-        needed.extend(found.iter().map(|finding| rule(finding).to_string()));
-        let page = written.project.file("README.md").expect("a project has a page");
+    for (project_folder, reports) in all.iter().zip(reports) {
+        let other: Vec<_> = reports.iter().filter(|finding| !deviations.iter().any(|d| d == rule(finding))).collect();
+        assert!(other.is_empty(), "{}: {other:#?}", project_folder.name);
+        needed.extend(reports.iter().map(|finding| rule(finding).to_string()));
+        let page = project_folder.project.file("README.md").expect("a project has a page");
         assert!(DEVIATIONS.iter().all(|(rule, why)| page.contains(&format!("| {rule} | {why} |"))), "{page}");
     }
     for deviation in &deviations {
-        assert!(needed.contains(deviation), "{deviation} is stated, but nothing needs it");
+        assert!(needed.contains(deviation), "{deviation} is stated, but not required");
     }
 }
 
 #[test]
-fn cppcheck_finds_what_is_put_there() {
-    let written = projects::project::<f64, _>("lag", &Lag::<f64>::default(), 1e-3);
+fn cppcheck_finds_inserted_faults() {
+    let project_folder = projects::project::<f64, _>("lag", &Lag::<f64>::default(), 1e-3);
     let bad = "int lag_bad(int x);\nint lag_bad(int x) { if (x) x = 1; return x; }\n";
-    let source = format!("{}{bad}", written.project.file("lag.c").expect("a project has code"));
-    std::fs::write(written.folder.path().join("lag.c"), source).expect("a small file can be written");
-    let found = findings(written.folder.path());
+    let source = format!("{}{bad}", project_folder.project.file("lag.c").expect("a project has code"));
+    std::fs::write(project_folder.folder.path().join("lag.c"), source).expect("a small file can be written");
+    let reports = findings(project_folder.folder.path());
     for id in ["misra-c2012-14.4", "unusedFunction"] {
-        assert!(found.iter().any(|finding| rule(finding) == id), "{id} is not among {found:?}");
+        assert!(reports.iter().any(|finding| rule(finding) == id), "{id} is not among {reports:?}");
     }
 }
 
-/// Changes the C and says what the self-test thinks of it.
-fn selftest(written: &Written, compiler: &str, flags: &[&str], change: impl Fn(&str) -> String) -> String {
-    let (folder, file) = (written.folder.path(), format!("{}.c", written.name));
-    let source = written.project.file(&file).expect("a project has code");
+/// Changes the C code and returns the result of the self-test.
+fn selftest(project_folder: &Written, compiler: &str, flags: &[&str], change: impl Fn(&str) -> String) -> String {
+    let (folder, file) = (project_folder.folder.path(), format!("{}.c", project_folder.name));
+    let source = project_folder.project.file(&file).expect("a project has code");
     let changed = change(source);
     std::fs::write(folder.join(&file), &changed).expect("a small file can be written");
-    let (success, text) = run_example(written, compiler, flags);
+    let (success, text) = run_example(project_folder, compiler, flags);
     if success { String::new() } else { text }
 }
 
 #[test]
-fn a_compiler_that_computes_something_else_is_named_by_the_self_test() {
-    let written = projects::project::<f64, _>("observer", &VelocityObserver::<f64>::default(), 250e-6);
+fn the_self_test_detects_a_compiler_that_changes_results() {
+    let project_folder = projects::project::<f64, _>("observer", &VelocityObserver::<f64>::default(), 250e-6);
     let as_it_is = |source: &str| source.to_string();
     let bare = |source: &str| source.replace("#error", "#define ignored").replace("#pragma", "#define");
     let plain = ["-O3", "-march=native"];
-    assert_eq!(selftest(&written, "gcc", &plain, as_it_is), "");
-    assert_eq!(selftest(&written, "clang", &plain, as_it_is), "");
+    assert_eq!(selftest(&project_folder, "gcc", &plain, as_it_is), "");
+    assert_eq!(selftest(&project_folder, "clang", &plain, as_it_is), "");
     let fast = ["-O3", "-march=native", "-ffast-math"];
-    assert!(selftest(&written, "gcc", &fast, bare).starts_with("step "), "fast-math goes unnoticed");
+    assert!(selftest(&project_folder, "gcc", &fast, bare).starts_with("step "), "fast-math is not detected");
     let one_bit = |source: &str| source.replace("0.17097088181959966", "0.17097088181959969");
-    let said = selftest(&written, "gcc", &["-O2"], one_bit);
-    assert!(said.starts_with("step ") && said.ends_with(": output angle\n"), "one bit goes unnoticed: {said}");
+    let message = selftest(&project_folder, "gcc", &["-O2"], one_bit);
+    assert!(
+        message.starts_with("step ") && message.ends_with(": output angle\n"),
+        "one bit is not detected: \
+        {message}"
+    );
     if cfg!(target_arch = "x86_64") {
         let extended = ["-std=gnu99", "-O2", "-mfpmath=387"];
-        let said = selftest(&written, "gcc", &extended, bare);
-        assert!(said.starts_with("step "), "80 bits go unnoticed: {said}");
+        let message = selftest(&project_folder, "gcc", &extended, bare);
+        assert!(message.starts_with("step "), "80 bits are not detected: {message}");
     }
     if std::arch::is_x86_feature_detected!("fma") {
         let greedy = ["-O3", "-march=native", "-ffp-contract=fast"];
-        let said = selftest(&written, "gcc", &greedy, bare);
-        assert!(said.starts_with("step ") && said.contains(": "), "contraction goes unnoticed: {said}");
+        let message = selftest(&project_folder, "gcc", &greedy, bare);
+        assert!(message.starts_with("step ") && message.contains(": "), "contraction is not detected: {message}");
     } else {
-        println!("NOT RUN: this processor lacks fma, so that nothing can be contracted");
+        println!("NOT RUN: this processor lacks fma, contraction is not tested");
     }
 }
 
-/// What `check` says after a change of the parameters.
-fn fault(written: &Written, change: &str) -> String {
-    let (folder, name) = (written.folder.path(), written.name);
+/// Result of `check` after a change of the parameters.
+fn fault(project_folder: &Written, change: &str) -> String {
+    let (folder, name) = (project_folder.folder.path(), project_folder.name);
     let text = format!(
         "#include \"{name}.h\"\n#include <math.h>\n#include <stdio.h>\nint main(void) {{\n    {name}_parameters p;\n    \
          const char *fault;\n    {name}_parameters_init(&p);\n    {change}\n    fault = {name}_check(&p);\n    \
@@ -203,17 +209,23 @@ fn parameters_out_of_their_range_are_refused_with_path_and_range() {
     let bits = fault(&machine, "p.plant.inputs.bits = 15.5;");
     assert!(bits.starts_with("plant.inputs.bits must be a whole number, "), "{bits}");
     let law = fault(&machine, "p.plant.screw_friction.model.fading.velocity = 500.0;");
-    assert!(law.starts_with("plant.screw_friction.model.fading must be at most what the others allow. "), "{law}");
+    assert!(
+        law.starts_with(
+            "plant.screw_friction.model.fading must be at most the limit that the other parameters \
+        set. "
+        ),
+        "{law}"
+    );
 }
 
 #[test]
 fn the_page_shows_calls_that_compile_and_every_number() {
-    for written in projects::all() {
-        let page = written.project.file("README.md").expect("a project has a page");
+    for project_folder in projects::all() {
+        let page = project_folder.project.file("README.md").expect("a project has a page");
         let calls = page.split("```c\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a block of C");
-        std::fs::write(written.folder.path().join("calls.c"), calls).expect("a small file can be written");
-        compile(written.folder.path(), "gcc", &[&STRICT[..], &["-c"]].concat(), &["calls.c"], "calls.o");
-        assert!(calls.contains(&format!("{}_step(", written.name)));
+        std::fs::write(project_folder.folder.path().join("calls.c"), calls).expect("a small file can be written");
+        compile(project_folder.folder.path(), "gcc", &[&STRICT[..], &["-c"]].concat(), &["calls.c"], "calls.o");
+        assert!(calls.contains(&format!("{}_step(", project_folder.name)));
         let heads = ["# ", "## Outputs", "## How to compile it", "## MISRA C:2012"];
         assert!(heads.iter().all(|head| page.contains(head)), "{page}");
     }

@@ -1,4 +1,4 @@
-//! The picture does not lie: the diagram of every block computes what the block computes, and shows all of it.
+//! The diagram of every block computes the results of the block, and shows all operations.
 
 #[path = "../diagram/evaluate.rs"]
 mod evaluate;
@@ -33,7 +33,7 @@ fn machine(model: Model<f64>) -> stickslip_core::plant::Machine<f64> {
     plant.prepare(10, 25e-6)
 }
 
-/// What is done with the recording of each block.
+/// A visitor of the recordings of all blocks.
 trait Visit {
     fn visit<B>(&mut self, name: &str, block: B, dt: f64)
     where
@@ -41,12 +41,12 @@ trait Visit {
         B::With<Recorded>: Block<Recorded, Input: Default>;
 }
 
-/// Of the trajectories every so many, and so many steps of each: an evaluation is slow, and equal paths are compared
+/// Only every n-th trajectory and a limited number of steps: an evaluation is slow, and equal paths are compared
 /// elsewhere.
 const EVERY: usize = 13;
 const STEPS: usize = 24;
 
-/// The blocks of the product and those made for the tests.
+/// The blocks of the product and those for the tests.
 fn each_block(visit: &mut impl Visit) {
     visit.visit("sliding_friction", SlidingFriction::default(), DT);
     visit.visit("lag", Lag::default(), DT);
@@ -116,11 +116,11 @@ fn every_diagram_computes_the_bits_of_its_block() {
 }
 
 #[test]
-fn a_diagram_that_lies_is_found() {
+fn a_wrong_diagram_is_detected() {
     let block = CurrentControl::<f64>::default();
     let program = record::record::<_, f64>(&block);
     let right = Diagram::of(&program, "block");
-    let lies: [fn(&mut Kind); 4] = [
+    let changes: [fn(&mut Kind); 4] = [
         |kind| {
             if let Kind::Sum(minus) = kind {
                 minus[1] = !minus[1];
@@ -142,11 +142,11 @@ fn a_diagram_that_lies_is_found() {
             }
         },
     ];
-    for (number, lie) in lies.iter().enumerate() {
+    for (number, change) in changes.iter().enumerate() {
         let mut wrong = right.clone();
-        wrong.pages[0].nodes.iter_mut().for_each(|node| lie(&mut node.kind));
+        wrong.pages[0].nodes.iter_mut().for_each(|node| change(&mut node.kind));
         let [computed, drawn] = compared(&block, &program, &wrong, DT);
-        assert!(catch_unwind(|| assert_same("a lie", &computed, &drawn)).is_err(), "lie {number}");
+        assert!(catch_unwind(|| assert_same("a wrong diagram", &computed, &drawn)).is_err(), "change {number}");
     }
     let mut cut = right;
     cut.pages[0].wires.pop();
@@ -178,12 +178,12 @@ fn list(value: &Value) -> &[Value] {
     value.as_array().map_or(&[], Vec::as_slice)
 }
 
-/// What a step needs for its results, found by looking from them on.
+/// The operations that the results of a step require.
 fn live(step: &record::Step) -> BTreeSet<u64> {
-    let mut seen = BTreeSet::new();
+    let mut visited = BTreeSet::new();
     let mut open: Vec<Id> = step.new_state.iter().chain(&step.results).copied().collect();
     while let Some(id) = open.pop() {
-        if seen.insert(u64::from(id.0)) {
+        if visited.insert(u64::from(id.0)) {
             open.extend(step.graph.node(id).operands());
             if let record::Node::Result(call, _) = step.graph.node(id) {
                 let call = &step.graph.calls[call as usize];
@@ -191,7 +191,7 @@ fn live(step: &record::Step) -> BTreeSet<u64> {
             }
         }
     }
-    seen
+    visited
 }
 
 /// Each operation is listed, and each that depends on a signal is drawn, once.
@@ -210,17 +210,17 @@ fn shows_all(page: &Value, step: &record::Step) {
     }
     let mut drawn = Vec::new();
     list(&page["nodes"]).iter().for_each(|node| drawn.extend(list(&node["operations"]).iter().map(number)));
-    // A state or input that goes out as it came in needs no operation.
+    // An unchanged state or input requires no operation.
     let count = drawn.len();
     let drawn: BTreeSet<u64> = drawn.into_iter().collect();
     assert_eq!(drawn.len(), count, "{}: an operation is drawn twice", page["name"]);
     let missing: Vec<_> = of_signals.difference(&drawn).collect();
     let unchanged = |id: &u64| step.new_state.iter().any(|new| u64::from(new.0) == *id);
     assert!(missing.iter().all(|id| unchanged(id)), "{}: {missing:?} are not drawn", page["name"]);
-    assert!(drawn.is_subset(&of_signals), "{}: what depends on no signal is written, not drawn", page["name"]);
+    assert!(drawn.is_subset(&of_signals), "{}: expressions without signals are texts, not nodes", page["name"]);
 }
 
-/// One wire ends at each input; it carries what the output gives.
+/// One wire ends at each input; it has the values of the output.
 fn wires_connect(page: &Value) {
     let nodes = list(&page["nodes"]);
     let mut ends = BTreeSet::new();
@@ -231,7 +231,7 @@ fn wires_connect(page: &Value) {
         };
         let ((_, from), (to, into)) = (end(&wire["from"], "outputs"), end(&wire["to"], "inputs"));
         assert!(from.is_array() && from == into, "{wire} connects {from} with {into}");
-        assert!(ends.insert(to), "{wire} ends where another one does");
+        assert!(ends.insert(to), "{wire} ends at the same port as another one");
     }
     let inputs: usize = nodes.iter().map(|node| list(&node["inputs"]).len()).sum();
     assert_eq!(ends.len(), inputs, "{}: a wire ends at each input", page["name"]);
@@ -256,7 +256,7 @@ impl Visit for Tidy {
             let layout = diagram::layout(&diagram, number);
             let faults = faults(&layout);
             assert!(faults.is_empty(), "{name}, {}: {faults:#?}", page.label);
-            // Boxes of other blocks are never put together, nor is what lies between them.
+            // Boxes of other blocks are never combined, nor the operations between them.
             let calls = page.nodes.iter().filter(|node| matches!(node.kind, Kind::Call { .. })).count();
             let boxes = layout.boxes.len();
             println!("{}: {} nodes in {boxes} boxes, {} wires", page.label, page.nodes.len(), layout.links.len());
@@ -265,7 +265,7 @@ impl Visit for Tidy {
     }
 }
 
-/// What a reader would stumble over.
+/// Faults of a layout for readers.
 fn faults(layout: &Layout) -> Vec<String> {
     let mut out = Vec::new();
     for (i, a) in layout.boxes.iter().enumerate() {
@@ -292,13 +292,10 @@ fn faults(layout: &Layout) -> Vec<String> {
                 let (along, across) = (span(segment, axis), span(segment, 1 - axis));
                 let (other_along, other_across) = (span(other, axis), span(other, 1 - axis));
                 let flat = across.0 == across.1 && other_across.0 == other_across.1;
-                // Closer than a line is wide they would look like one.
+                // Lines closer than their width would look like one.
                 if flat && (across.0 - other_across.0).abs() < 2.0 && along.0 < other_along.1 && other_along.0 < along.1
                 {
-                    out.push(format!(
-                        "wires {:?} and {:?} lie on each other: {segment:?} {other:?}",
-                        segment.wire, other.wire
-                    ));
+                    out.push(format!("wires {:?} and {:?} coincide: {segment:?} {other:?}", segment.wire, other.wire));
                 }
             }
         }
@@ -312,13 +309,13 @@ fn faults(layout: &Layout) -> Vec<String> {
         }
         let begin = key(layout.ports[link.from.0][1][link.from.1]);
         let end = key(layout.ports[link.to.0][0][link.to.1]);
-        let (mut seen, mut open) = (BTreeSet::new(), vec![begin]);
+        let (mut visited, mut open) = (BTreeSet::new(), vec![begin]);
         while let Some(at) = open.pop() {
-            if seen.insert(at) {
+            if visited.insert(at) {
                 open.extend(next.get(&at).into_iter().flatten());
             }
         }
-        if !seen.contains(&end) {
+        if !visited.contains(&end) {
             out.push(format!("wire {:?} does not arrive at {:?}", link.from, link.to));
         }
     }
@@ -331,7 +328,7 @@ fn boxes_stand_apart_and_wires_run_between_them_from_port_to_port() {
 }
 
 #[test]
-fn an_untidy_picture_is_found() {
+fn a_wrong_layout_is_detected() {
     let block = CurrentControl::<f64>::default();
     let program = record::record::<_, f64>(&block);
     let right = diagram::layout(&Diagram::of(&program, "block"), 0);
@@ -347,11 +344,11 @@ fn an_untidy_picture_is_found() {
         let first = layout.segments[0];
         layout.segments.push(Segment { wire: (99, 0), ..first });
     };
-    assert!(found(doubled).contains("lie on each other"));
+    assert!(found(doubled).contains("coincide"));
 }
 
 #[test]
-fn the_diagram_of_a_lag_looks_like_a_lag() {
+fn the_diagram_of_a_lag_is_as_recorded() {
     let program = record::record::<_, f64>(&Lag::<f64>::default());
     let pages = diagram::pages(&program, "lag");
     assert_eq!(pages.iter().map(|page| page.0.as_str()).collect::<Vec<_>>(), ["lag.svg"]);

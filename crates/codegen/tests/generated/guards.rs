@@ -1,4 +1,4 @@
-//! Each check of the generated code and of its comparison fires where it must.
+//! Each check of the generated code and of its comparison fails on a fault.
 
 use std::process::Command;
 
@@ -14,7 +14,7 @@ use stickslip_core::scalar::{Dual, Scalar};
 
 const DT: f64 = 1e-3;
 
-/// Like [`Lag`], but what it gives is halved.
+/// Like [`Lag`], with half the output.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 struct Halved<T> {
     /// The lag.
@@ -32,7 +32,7 @@ impl<T: Scalar> Block<T> for Halved<T> {
 }
 
 #[test]
-fn one_wrong_bit_is_found_and_nan_is_nan() {
+fn one_wrong_bit_is_detected_and_nan_equals_nan() {
     assert_same("equal", &[vec![1.0, f64::NAN]], &[vec![1.0, -f64::NAN]]);
     for wrong in [1.0 + f64::EPSILON, f64::NAN] {
         assert!(std::panic::catch_unwind(|| assert_same("one bit", &[vec![1.0]], &[vec![wrong]])).is_err());
@@ -41,7 +41,7 @@ fn one_wrong_bit_is_found_and_nan_is_nan() {
 }
 
 #[test]
-fn a_wrong_slope_is_found() {
+fn a_wrong_slope_is_detected() {
     let lag = Lag::<f64>::default();
     let trajectories = case::trajectories(&lag, DT);
     let right = lag.map(&mut |v: f64| <Dual<6> as Scalar>::of(v));
@@ -50,7 +50,7 @@ fn a_wrong_slope_is_found() {
     assert!(std::panic::catch_unwind(|| super::support::slope::check(&lag, &wrong, &trajectories)).is_err());
 }
 
-/// Whether C compiled so has the bits of Rust.
+/// Whether C code compiled with these flags has the bits of Rust.
 fn has_the_bits(code: &CSource, flags: &[&str]) -> bool {
     let block = SlidingFriction::<f64>::default();
     let program = record::record::<_, f64>(&block);
@@ -61,18 +61,18 @@ fn has_the_bits(code: &CSource, flags: &[&str]) -> bool {
 }
 
 #[test]
-fn the_source_itself_forbids_the_compiler_to_contract() {
+fn the_source_disables_contraction() {
     let block = SlidingFriction::<f64>::default();
     let code = c::generate::<_, f64>(&block, "block").expect("a good name");
     let greedy = ["-std=gnu99", "-O3", "-march=native", "-ffp-contract=fast"];
-    assert!(has_the_bits(&code, &greedy), "the pragma of the source holds against the command line");
+    assert!(has_the_bits(&code, &greedy), "the pragma of the source overrides the command line");
     if !std::arch::is_x86_feature_detected!("fma") {
-        println!("NOT RUN: this processor lacks fma, so that nothing can be contracted");
+        println!("NOT RUN: this processor lacks fma, contraction is not tested");
         return;
     }
     let pragma = "#pragma GCC optimize (\"fp-contract=off\")";
     let bare = CSource { source: code.source.replace(pragma, ""), ..code };
-    assert!(!has_the_bits(&bare, &greedy), "without the pragma the compiler contracts, and the comparison sees it");
+    assert!(!has_the_bits(&bare, &greedy), "without the pragma the compiler contracts, and the comparison detects it");
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn fast_math_is_refused_with_a_reason() {
 }
 
 #[test]
-fn a_name_that_c_would_not_take_is_refused() {
+fn a_name_that_is_not_valid_in_c_is_refused() {
     for name in ["", "2fast", "my-lag", "double", "a b", "größe"] {
         let refused = c::generate::<_, f64>(&Lag::<f64>::default(), name);
         assert_eq!(refused, Err(NotAName(name.into())));
@@ -109,7 +109,7 @@ fn recorded_numbers_do_not_live_outside_a_recording() {
     assert!(message.contains("within `record`"), "{message}");
 }
 
-/// The text for a small block, as a reader sees it.
+/// The text for a small block.
 #[test]
 fn the_c_of_a_lag_reads_like_the_lag() {
     let code = c::generate::<_, f32>(&Lag::<f64>::default(), "lag").expect("a good name");
@@ -131,7 +131,7 @@ static void lag_raw_step(const lag_parameters *p, lag_state *s, const lag_input 
     assert!(code.source.contains("    s->value = 0.25f;\n"), "the state starts at its default");
 }
 
-/// Numbers that are known beforehand leave no operation.
+/// Constant numbers leave no operation.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 struct Constants<T> {
     /// A factor.
@@ -173,5 +173,5 @@ fn laws_between_parameters_are_recorded_with_their_path() {
     let fading = "lugre.fading";
     assert!(paths.contains(&format!("machine.parts.plant.screw_friction.model.{fading}").as_str()), "{paths:?}");
     let known = |law: &record::Law| program.laws.graph.constant(law.bound).is_none();
-    assert!(program.laws.laws.iter().all(known), "a bound follows from parameters, which stay open");
+    assert!(program.laws.laws.iter().all(known), "a bound follows from parameters, which stay variable");
 }

@@ -1,4 +1,4 @@
-//! A declared controller as C: its project is clean and proves itself, and its library has the five functions.
+//! A declared controller as C: its project is clean and passes its self-test, and its library has the five functions.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use stickslip_codegen::record::{Computed, Declared, Program, record_declared};
 use stickslip_codegen::{c, module};
 use stickslip_core::scalar::{Mask, Scalar};
 
-/// What the library must stand without a warning, and how it is made.
+/// Flags of the library, which must compile without a warning.
 const LIBRARY: [&str; 5] = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off"];
 
 /// A velocity controller with an integral that stops at the limit of the torque.
@@ -51,7 +51,7 @@ fn write(folder: &Path, program: Program) {
 }
 
 #[test]
-fn a_declared_controller_proves_itself_and_becomes_a_library_without_a_warning() {
+fn a_declared_controller_passes_its_self_test_and_compiles_without_a_warning() {
     for program in [law(), bare()] {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         write(folder.path(), program);
@@ -62,10 +62,11 @@ fn a_declared_controller_proves_itself_and_becomes_a_library_without_a_warning()
             compile(folder.path(), compiler, &[&STRICT[..], &LIBRARY].concat(), &["law_module.c"], "law.so");
             let (_, symbols) = tool(folder.path(), "nm", "binutils", &["-D", "--defined-only", "law.so"]);
             let exported: Vec<&str> = symbols.lines().filter_map(|line| line.split(" T ").nth(1)).collect();
-            let wanted = ["stickslip_begin", "stickslip_describe", "stickslip_end", "stickslip_set", "stickslip_step"];
-            assert_eq!(exported, wanted, "{symbols}");
+            let expected =
+                ["stickslip_begin", "stickslip_describe", "stickslip_end", "stickslip_set", "stickslip_step"];
+            assert_eq!(exported, expected, "{symbols}");
         }
-        // No variable besides those of an instance: what could be written would lie in d or b.
+        // No variable besides those of an instance: writable variables would be in d or b.
         let alone = [&STRICT[..], &["-O2", "-fno-pic", "-c"]].concat();
         compile(folder.path(), "gcc", &alone, &["law_module.c"], "law.o");
         let (_, symbols) = tool(folder.path(), "nm", "binutils", &["law.o"]);
@@ -84,11 +85,11 @@ fn the_selftest_of_a_declared_controller_finds_a_changed_line() {
     assert_ne!(text, wrong);
     std::fs::write(&source, wrong).expect("a small file can be written");
     compile(folder.path(), "gcc", &STRICT, &["law.c", "law_selftest.c", "main.c"], "example");
-    let (success, said) = tool(folder.path(), "./example", "", &[]);
-    assert!(!success && said.contains("output torque"), "{said}");
+    let (success, message) = tool(folder.path(), "./example", "", &[]);
+    assert!(!success && message.contains("output torque"), "{message}");
 }
 
-/// What a program computes operation by operation is what its block computes, calls and all.
+/// The evaluation of a program has the results of its block, including calls.
 #[test]
 fn a_program_that_is_evaluated_has_the_bits_of_its_block() {
     use super::support::{assert_same, bench, case, number};

@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 use super::schedule::{CHUNK, RUN, SPECIAL_RESTART, SPECIAL_TICKS, Schedule};
 
-/// The step without the guard against numbers that are not finite: what must have the bits of Rust for any input.
+/// The step without the guard against non-finite numbers, which must have the bits of Rust for any input.
 const RAW_STEP: &str = "block_raw_step";
 
 /// A compiler with its switches.
@@ -28,7 +28,7 @@ impl fmt::Display for Variant {
     }
 }
 
-/// A folder with a block's C and what it is driven with.
+/// A folder with a block's C code and its inputs.
 pub struct Workshop {
     folder: TempDir,
     definitions: Vec<String>,

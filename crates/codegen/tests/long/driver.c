@@ -11,7 +11,7 @@ static block_parameters sets[SETS], p;
 #define P
 #endif
 #if HAS_STATE
-static block_state s, kept;
+static block_state s, saved;
 #define S &s,
 #else
 #define S
@@ -46,7 +46,7 @@ static void fill(void *to, size_t bytes) {
 }
 
 int main(int argc, char **argv) {
-    const long ticks = atol(argv[1]), shown = argc > 2 ? atol(argv[2]) : -1;
+    const long ticks = atol(argv[1]), printed = argc > 2 ? atol(argv[2]) : -1;
     REAL dt;
     uint64_t hash = 0;
     fill(&dt, sizeof dt);
@@ -70,10 +70,10 @@ int main(int argc, char **argv) {
 #endif
 #if HAS_STATE
         if (within == first_special) {
-            kept = s;
+            saved = s;
         }
         if ((is_special && (within - first_special) % SPECIAL_RESTART == 0) || (within == 0 && k > 0)) {
-            s = kept;
+            s = saved;
         }
 #endif
 #if HAS_INPUT
@@ -89,13 +89,13 @@ int main(int argc, char **argv) {
 #if HAS_STATE
         hash = fold_all(hash, (const REAL *)&s, sizeof s);
 #endif
-        if (k / CHUNK == shown) {
+        if (k / CHUNK == printed) {
             fwrite(&out, sizeof out, 1, stdout);
 #if HAS_STATE
             fwrite(&s, sizeof s, 1, stdout);
 #endif
         }
-        if (shown < 0 && (k + 1) % CHUNK == 0) {
+        if (printed < 0 && (k + 1) % CHUNK == 0) {
             printf("%016" PRIx64 "\n", hash);
         }
     }

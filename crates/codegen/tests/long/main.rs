@@ -1,7 +1,7 @@
-//! Every block gives the same bits in Rust and in C over a million ticks, whatever compiles the C.
+//! Every block gives the same bits in Rust and in C over a million ticks, for every compiler.
 //!
-//! Output and state of each tick go into a hash, which both sides tell each thousand ticks. Where the hashes part, the
-//! thousand ticks are run once more and compared number by number.
+//! Output and state of each tick go into a hash, which both sides print each thousand ticks. If the hashes differ, the
+//! thousand ticks are run again and compared number by number.
 #![expect(unreachable_pub, reason = "a test has no users")]
 
 mod c;
@@ -24,8 +24,8 @@ use support::number::Number;
 const MILLION: usize = 1_000_000;
 const SHORT: usize = 100_000;
 
-/// How many ticks, besides the million in double precision by gcc and clang at their extremes, baseline -O2 and native
-/// -O3.
+/// Numbers of ticks, in addition to the million in double precision by gcc and clang at their extremes, baseline -O2
+/// and native -O3.
 #[derive(Clone, Copy)]
 struct Ticks {
     /// In single precision at the extremes.
@@ -34,21 +34,21 @@ struct Ticks {
     double_other: usize,
     /// In single precision in the other ways.
     single_other: usize,
-    /// Up to how many operations each call may be replaced by what it calls.
+    /// Largest number of operations for which calls may be inlined.
     inlined: usize,
 }
 
-/// Compiling takes half a second in each way: the extremes only. A block of more operations would take several seconds; what
-/// compilers make of calls that they replace shows in the blocks that it consists of.
+/// Compiling takes half a second in each way: the extremes only. A block of more operations would take several seconds;
+/// inlined calls are tested by the blocks that it consists of.
 const USUAL: Ticks = Ticks { single: SHORT, double_other: 0, single_other: 0, inlined: 300 };
-/// With the variable `STICKSLIP_LONG` set: everything, but for blocks that would be compiled half a minute.
+/// With the variable `STICKSLIP_LONG` set: everything, except blocks that compile for half a minute.
 const FULL: Ticks = Ticks { single: MILLION, double_other: MILLION, single_other: MILLION, inlined: 10_000 };
 
 fn ticks() -> Ticks {
     if std::env::var_os("STICKSLIP_LONG").is_some() { FULL } else { USUAL }
 }
 
-/// A block of so many operations shows in a shorter run what there is to see.
+/// Number of operations from which a shorter run is sufficient.
 const MANY: usize = 30_000;
 const CALLS_STAY: [&str; 1] = ["-fno-inline"];
 
@@ -62,13 +62,13 @@ fn operations(program: &Program) -> usize {
     of_each.last().copied().unwrap_or_default()
 }
 
-/// The compilers that there are.
+/// The available compilers.
 fn compilers() -> Vec<&'static str> {
-    let (there, absent): (Vec<_>, Vec<_>) =
+    let (available, absent): (Vec<_>, Vec<_>) =
         ["gcc", "clang"].into_iter().partition(|name| Command::new(name).arg("--version").output().is_ok());
-    assert!(!there.is_empty(), "neither gcc nor clang starts: apt-get install gcc libc6-dev");
+    assert!(!available.is_empty(), "neither gcc nor clang starts: apt-get install gcc libc6-dev");
     absent.iter().for_each(|name| println!("NOT RUN: {name} is missing (apt-get install {name})"));
-    there
+    available
 }
 
 fn variants() -> Vec<Variant> {
@@ -86,7 +86,7 @@ fn is_extreme(variant: Variant) -> bool {
     (variant.level == "-O3") == variant.native
 }
 
-/// Where two runs part first: tick, number, what was expected and what was found.
+/// The first difference of two runs: tick, number, expected and actual value.
 type Difference = (usize, usize, f64, f64);
 
 fn first_difference<F: Number, B: Block<F, Input: Default>>(
@@ -96,22 +96,22 @@ fn first_difference<F: Number, B: Block<F, Input: Default>>(
     program: &std::path::Path,
     expected: &[u64],
 ) -> Option<Difference> {
-    let found = workshop.hashes(program, expected.len() * CHUNK);
-    assert_eq!(found.len(), expected.len());
-    let chunk = expected.iter().zip(&found).position(|(a, b)| a != b)?;
-    let (expected, found) = (rust::rows(block, schedule, chunk), workshop.rows(program, chunk));
-    assert_eq!(expected.len(), found.len());
-    for (tick, (expected, found)) in expected.iter().zip(&found).enumerate() {
-        for (number, (a, b)) in expected.iter().zip(found).enumerate() {
+    let actual = workshop.hashes(program, expected.len() * CHUNK);
+    assert_eq!(actual.len(), expected.len());
+    let chunk = expected.iter().zip(&actual).position(|(a, b)| a != b)?;
+    let (expected, actual) = (rust::rows(block, schedule, chunk), workshop.rows(program, chunk));
+    assert_eq!(expected.len(), actual.len());
+    for (tick, (expected, actual)) in expected.iter().zip(&actual).enumerate() {
+        for (number, (a, b)) in expected.iter().zip(actual).enumerate() {
             if a.to_bits() != b.to_bits() && !(a.is_nan() && b.is_nan()) {
                 return Some((chunk * CHUNK + tick, number, *a, *b));
             }
         }
     }
-    panic!("the hashes of chunk {chunk} part, its numbers do not");
+    panic!("the hashes of chunk {chunk} differ, its numbers do not");
 }
 
-/// Rust in precision `F` = C, over so many ticks compiled in the extreme ways and in the others.
+/// Rust in precision `F` = C, over these numbers of ticks for the extreme and the other ways of compilation.
 fn agree_in<F: Precision + Number, B: Fields<f64>>(
     block: &B,
     schedule: &Schedule,
@@ -138,7 +138,7 @@ fn agree_in<F: Precision + Number, B: Fields<f64>>(
         }
         let (compiled, expected) = (workshop.compile(variant, switches), &expected[..ticks / CHUNK]);
         if let Some((tick, number, a, b)) = first_difference(&block, schedule, &workshop, &compiled, expected) {
-            panic!("{variant}, {}: tick {tick}, {}: {a:?} expected, {b:?} found", F::C_NAME, names[number]);
+            panic!("{variant}, {}: tick {tick}, {}: {a:?} expected, {b:?} actual", F::C_NAME, names[number]);
         }
     }
 }
@@ -169,7 +169,7 @@ macro_rules! agree {
 
 include!("../support/list.rs");
 
-/// It takes longest: its name makes it the first to begin.
+/// It takes longest: its name makes it the first to start.
 #[test]
 fn a_whole_bench() {
     million_agree(support::bench::bench(), support::bench::TICK, USUAL);
@@ -189,17 +189,17 @@ fn one_flipped_bit_is_found_at_its_tick() {
     assert_eq!(first_difference(&block, &schedule, &workshop, &right, &expected), None);
 }
 
-/// What a comparison of dead numbers is stopped with.
-fn complaint(block: &SlidingFriction<f64>, input: f64) -> String {
+/// The panic of a comparison of constant numbers.
+fn panic_message(block: &SlidingFriction<f64>, input: f64) -> String {
     let mut schedule = Schedule::new(block, DT);
     schedule.ordinary.iter_mut().for_each(|row| row.fill(input));
-    let panic = std::panic::catch_unwind(|| rust::hashes(block, &schedule, CHUNK)).expect_err("nothing lives there");
+    let panic = std::panic::catch_unwind(|| rust::hashes(block, &schedule, CHUNK)).expect_err("constant numbers");
     panic.downcast_ref::<String>().cloned().unwrap_or_default()
 }
 
 #[test]
-fn a_block_that_stands_still_or_is_not_finite_proves_nothing_and_is_refused() {
+fn a_block_without_changes_or_with_non_finite_numbers_is_refused() {
     let block = SlidingFriction::<f64>::default();
-    assert!(complaint(&block, 1.0).starts_with("only 1 of the 1000 ticks"), "{}", complaint(&block, 1.0));
-    assert!(complaint(&block, f64::INFINITY).starts_with("tick 0 gives inf though"));
+    assert!(panic_message(&block, 1.0).starts_with("only 1 of the 1000 ticks"), "{}", panic_message(&block, 1.0));
+    assert!(panic_message(&block, f64::INFINITY).starts_with("tick 0 gives inf though"));
 }

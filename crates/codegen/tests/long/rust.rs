@@ -17,7 +17,7 @@ fn ticks<T: Number, B: Block<T, Input: Default>>(
     let inputs = |rows: &[Vec<f64>]| rows.iter().map(|row| filled(&B::Input::default(), of(row))).collect::<Vec<_>>();
     let (ordinary, special) = (inputs(&schedule.ordinary), inputs(&schedule.special));
     let parameters: Vec<B> = schedule.parameters.iter().map(|row| filled(block, of(row))).collect();
-    let (mut state, mut kept) = (B::State::default(), B::State::default());
+    let (mut state, mut saved) = (B::State::default(), B::State::default());
     let mut sets = parameters.iter().cycle();
     let mut block = block;
     for number in 0..until {
@@ -26,10 +26,10 @@ fn ticks<T: Number, B: Block<T, Input: Default>>(
             block = sets.next().expect("there are parameters, and they are repeated");
         }
         if tick.keep {
-            kept = state;
+            saved = state;
         }
         if tick.restore {
-            state = kept;
+            state = saved;
         }
         let table = if tick.special { &special } else { &ordinary };
         let output = step(block, &mut state, &table[number % table.len()], T::of(schedule.dt));
@@ -40,8 +40,8 @@ fn ticks<T: Number, B: Block<T, Input: Default>>(
 /// The hash after each thousand ticks.
 ///
 /// # Panics
-/// If what is compared is dead: a number that is not finite though all inputs are, or a thousand ticks in which nothing
-/// changes.
+/// If the comparison is meaningless: a number that is not finite although all inputs are, or a thousand ticks without a
+/// change.
 pub fn hashes<T: Number, B: Block<T, Input: Default>>(block: &B, schedule: &Schedule, until: usize) -> Vec<u64> {
     let (mut hash, mut out) = (0, Vec::new());
     let (mut last, mut changes) = (0, 0);
@@ -60,7 +60,7 @@ pub fn hashes<T: Number, B: Block<T, Input: Default>>(block: &B, schedule: &Sche
         changes += usize::from(alone != last);
         last = alone;
         if (number + 1).is_multiple_of(CHUNK) {
-            // Of many inputs one is no number in nearly all special ticks, and all NaN are alike.
+            // With many inputs one is not finite in nearly all special ticks, and all NaN are equal.
             let least = if ordinary { CHUNK / 10 } else { 0 };
             assert!(changes > least, "only {changes} of the {CHUNK} ticks up to {number} change anything");
             changes = 0;

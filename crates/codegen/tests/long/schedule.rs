@@ -1,4 +1,4 @@
-//! What happens in each of a million ticks, as a function of the tick's number alone: C and Rust keep to it.
+//! Schedule of a million ticks, as a function of the tick's number alone, for C and Rust.
 
 use stickslip_core::block::Block;
 
@@ -10,11 +10,11 @@ pub const CHUNK: usize = 1_000;
 pub const RUN: usize = 50_000;
 /// The last ticks of a run get special values: NaN, ±∞, ±0, subnormals, the largest numbers.
 pub const SPECIAL_TICKS: usize = 999;
-/// So often the state from before the special values returns: a NaN would stay and hide what follows.
+/// Period in which the state before the special values is restored: a NaN would stay and hide the following ticks.
 pub const SPECIAL_RESTART: usize = 3;
 
-/// Inputs and parameters, each repeated when it ends. The numbers of rows are prime, so that they meet in ever new
-/// combinations.
+/// Inputs and parameters, each repeated when it ends. The numbers of rows are prime, so that combinations are not
+/// repeated.
 pub struct Schedule {
     pub parameters: Vec<Vec<f64>>,
     pub ordinary: Vec<Vec<f64>>,
@@ -34,13 +34,13 @@ impl Schedule {
     }
 }
 
-/// What a tick is.
+/// Kind of a tick.
 pub struct Tick {
     pub new_parameters: bool,
     pub special: bool,
-    /// The state before it is kept.
+    /// The state before it is saved.
     pub keep: bool,
-    /// It begins with the state that was kept.
+    /// It starts with the saved state.
     pub restore: bool,
 }
 
@@ -58,7 +58,7 @@ impl Tick {
     }
 }
 
-/// Folds a number into a hash; all NaN are alike.
+/// Folds a number into a hash; all NaN are equal.
 pub fn fold(hash: u64, number: f64) -> u64 {
     let bits = if number.is_nan() { 0x7ff8_0000_0000_0000 } else { number.to_bits() };
     (hash.rotate_left(5) ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15)

@@ -5,7 +5,7 @@ use stickslip_core::plant::{Plant, VirtualMachine};
 use stickslip_core::render::Law;
 use stickslip_core::tick::{Tick, VirtualBench};
 
-/// Plant steps a tick.
+/// Plant steps per tick.
 pub const STEPS: usize = 10;
 /// Tick [s].
 pub const TICK: f64 = 250e-6;

@@ -1,4 +1,4 @@
-//! Small blocks with everything that a block may have.
+//! Small blocks with all features of a block.
 
 use stickslip_core::Fields;
 use stickslip_core::block::Block;
@@ -152,13 +152,13 @@ impl<T: Scalar> Block<T> for Nested<T> {
             velocity = self.lags[i].run(&mut state.lags[i], velocity, dt);
         }
         state.memory = [state.memory[1], state.memory[0] + velocity * T::of(1e-3)];
-        // A computed parameter and a state that is used twice: no struct lies ready for them.
+        // A computed parameter and a state that is used twice: no existing struct holds them.
         let blended = Lag { double: self.lags[0].double * T::of(2.0), limit: state.memory[0].abs() + T::of(1.0) };
         let mut copy = LagState { value: state.memory[0] };
-        let seen = blended.run(&mut copy, velocity, dt) + blended.run(&mut copy, velocity, dt);
+        let sum = blended.run(&mut copy, velocity, dt) + blended.run(&mut copy, velocity, dt);
         let moving = velocity.abs().gt(T::of(1e-3)) & !(velocity.abs().ge(T::of(1e3)));
         NestedOutput {
-            velocity: (moving | input.default.lt(T::of(0.5))).select(velocity, seen),
+            velocity: (moving | input.default.lt(T::of(0.5))).select(velocity, sum),
             counts: (state.angle * T::of(40.0)).floor() + (state.memory[1] * T::of(7.0)).round(),
             friction_torque,
         }

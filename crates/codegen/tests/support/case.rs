@@ -1,4 +1,4 @@
-//! What a block is driven with: many trajectories of pseudo-random inputs, each with its own parameters.
+//! Inputs of a block: many trajectories of pseudo-random inputs, each with its own parameters.
 
 use stickslip_codegen::tree::Tree;
 use stickslip_core::block::Block;
@@ -12,11 +12,11 @@ pub struct Trajectory {
     pub parameters: Vec<f64>,
     pub inputs: Vec<Vec<f64>>,
     pub dt: f64,
-    /// Whether the last input is sensible but for one number that is NaN or infinite.
+    /// Whether the last input is valid except for one number that is NaN or infinite.
     pub fault: bool,
 }
 
-/// As many as the widest lanes.
+/// Number of the widest lanes.
 pub const GROUP: usize = 32;
 const STEPS: usize = 128;
 /// Steps with special values: a NaN stays in most states.
@@ -50,8 +50,8 @@ impl Random {
     }
 }
 
-/// A value near the one given, as the kind of number and its range want it. A number without a range was prepared from
-/// others: varied alone it would describe a machine that explodes.
+/// A value near the given one, according to the kind of number and its range. A number without a range is computed
+/// from others: varied alone it would describe an unstable machine.
 fn vary(field: &Field, value: f64, random: &mut Random) -> f64 {
     match field.kind {
         Kind::Real if field.minimum.is_finite() && field.maximum.is_finite() => {
@@ -61,7 +61,7 @@ fn vary(field: &Field, value: f64, random: &mut Random) -> f64 {
     }
 }
 
-/// An input between its limits, or of a sensible size: sweeps, noise, tiny and large values.
+/// An input between its limits, or of a typical size: sweeps, noise, tiny and large values.
 fn excite(field: &Field, mode: usize, phase: f64, random: &mut Random) -> f64 {
     let (low, high) = (field.minimum.max(-50.0), field.maximum.min(50.0));
     let at = |share: f64| low + (high - low) * share;
@@ -74,11 +74,11 @@ fn excite(field: &Field, mode: usize, phase: f64, random: &mut Random) -> f64 {
     if field.kind == Kind::Real { value } else { value.round().clamp(low, high) }
 }
 
-/// Trajectories for a block: a group of long ones with sensible inputs, then short ones with special values
-/// among them, then those with a fault.
+/// Trajectories for a block: a group of long ones with typical inputs, then short ones with special values among them,
+/// then those with a fault.
 pub fn trajectories<B: Block<f64, Input: Default>>(block: &B, dt: f64) -> Vec<Trajectory> {
     let mut random = Random::new(1);
-    let (tree, given) = (Tree::of(block), numbers(block));
+    let (tree, values) = (Tree::of(block), numbers(block));
     let inputs = Tree::of(&B::Input::default());
     let (parameters, inputs) = (tree.leaves(), inputs.leaves());
     let mut out = Vec::new();
@@ -97,7 +97,7 @@ pub fn trajectories<B: Block<f64, Input: Default>>(block: &B, dt: f64) -> Vec<Tr
         let steps = steps.collect();
         let parameters = parameters
             .iter()
-            .zip(&given)
+            .zip(&values)
             .map(|((_, field), value)| if number == 0 { *value } else { vary(field, *value, &mut random) });
         out.push(Trajectory { parameters: parameters.collect(), inputs: steps, dt, fault: false });
     }
@@ -105,7 +105,7 @@ pub fn trajectories<B: Block<f64, Input: Default>>(block: &B, dt: f64) -> Vec<Tr
     out
 }
 
-/// The begin of a sensible trajectory with each number of the last input in turn made NaN or infinite; in whole groups.
+/// The start of a valid trajectory with each number of the last input in turn made NaN or infinite; in whole groups.
 fn faults(trajectories: &[Trajectory]) -> Vec<Trajectory> {
     let sensible = Trajectory { inputs: trajectories[0].inputs[..9].to_vec(), ..trajectories[0].clone() };
     let mut out = Vec::new();

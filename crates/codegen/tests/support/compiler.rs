@@ -10,18 +10,18 @@ use stickslip_codegen::record::Program;
 
 use super::case::Trajectory;
 
-/// What the generated code must stand without a warning.
+/// Flags with which the generated code must compile without a warning.
 pub const STRICT: [&str; 8] =
     ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-pedantic", "-Werror"];
 
-/// What the code made of the trajectories, and the parameters that it sets by itself.
+/// Results of the trajectories, and the parameters that the code sets.
 pub struct Ran {
     /// Output and state after each step.
     pub raw: Vec<Vec<f64>>,
     /// Output, status and state after each guarded step.
     pub guarded: Vec<Vec<f64>>,
     pub parameters: Vec<f64>,
-    /// What `check` says of them; empty if nothing.
+    /// Result of `check`; empty without a fault.
     pub fault: String,
 }
 
@@ -29,7 +29,7 @@ fn write(path: &Path, text: &str) {
     std::fs::write(path, text).unwrap_or_else(|error| panic!("cannot write {}: {error}", path.display()));
 }
 
-/// A program that reads trajectories and writes what the block makes of them, raw and guarded.
+/// A program that reads trajectories and writes the results of the block, raw and guarded.
 fn main_program(program: &Program, real: &str) -> String {
     let top = program.steps.last().expect("a program has at least the block itself");
     let sizes = [&top.parameters, &top.state, &top.input, &top.output].map(stickslip_codegen::tree::Tree::numbers);
@@ -66,7 +66,7 @@ fn main_program(program: &Program, real: &str) -> String {
     .concat()
 }
 
-/// Runs a tool in a folder; what it prints. Panics with the way to install it, or if it fails.
+/// Runs a tool in a folder; returns its output. Panics with the command to install it, or if it fails.
 pub fn tool(folder: &Path, name: &str, package: &str, arguments: &[&str]) -> (bool, String) {
     let ran = Command::new(name).args(arguments).current_dir(folder).output();
     let ran =
@@ -83,7 +83,7 @@ pub fn compile(folder: &Path, compiler: &str, flags: &[&str], files: &[&str], pr
     assert!(success, "{compiler} {flags:?} refuses the generated code {files:?}:\n{messages}");
 }
 
-/// Compiles the block called `block` and runs it.
+/// Compiles the block with the name `block` and runs it.
 pub fn compile_and_run(
     program: &Program,
     code: &CSource,
@@ -122,19 +122,19 @@ pub fn compile_and_run(
         ran.stdout.chunks_exact(8).map(|b| f64::from_ne_bytes(b.try_into().expect("chunks of this size"))).collect()
     };
     let top = program.steps.last().expect("a program has at least the block itself");
-    let (parameters, mut rest) = numbers.split_at(top.parameters.numbers());
+    let (parameters, mut remainder) = numbers.split_at(top.parameters.numbers());
     let width = top.output.numbers() + top.state.numbers();
     let (mut raw, mut guarded) = (Vec::new(), Vec::new());
     for trajectory in trajectories {
-        let (both, others) = rest.split_at((2 * width + 1) * trajectory.inputs.len());
+        let (both, others) = remainder.split_at((2 * width + 1) * trajectory.inputs.len());
         let part = |range: std::ops::Range<usize>| {
             both.chunks(2 * width + 1).flat_map(|step| step[range.clone()].to_vec()).collect::<Vec<f64>>()
         };
         raw.push(part(0..width));
         guarded.push(part(width..2 * width + 1));
-        rest = others;
+        remainder = others;
     }
-    assert!(rest.is_empty());
+    assert!(remainder.is_empty());
     let fault = String::from_utf8_lossy(&ran.stderr).into_owned();
     Ran { raw, guarded, parameters: parameters.to_vec(), fault }
 }

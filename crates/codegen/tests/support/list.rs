@@ -1,4 +1,4 @@
-// Every block, as the including test takes them: it says what `agree!` makes of a name, a type and its parameters.
+// Every block, for the including test, which defines `agree!` of a name, a type and its parameters.
 
 use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionObserver, FrictionFeedforward, Network, NetworkFeedforward, StictionHold,
@@ -33,7 +33,7 @@ fn slack() -> Machine<f64> {
     plant.prepare(10, 25e-6)
 }
 
-fn believed() -> DriveModel<f64> {
+fn modelled_drive() -> DriveModel<f64> {
     let own = Bristles::default().under(Stribeck::default());
     DriveModel::new(TwoMass::default(), Winding::default(), 0.32e-3, Friction::default(), own, 125e-6)
 }
@@ -47,7 +47,7 @@ fn arm(by_acceleration: f64) -> ArmRendering<f64> {
     ArmRendering { by_acceleration, low_pass: 0.4, flow: arm.flow(DT), ..ArmRendering::default() }
 }
 
-/// A stable one that uses every number.
+/// A stable controller that uses every number.
 fn linear() -> LinearController<f64> {
     let some = |i: usize, j: usize| 0.02 * ((3 * i + 5 * j) % 7) as f64 - 0.06;
     LinearController {
@@ -61,9 +61,9 @@ fn linear() -> LinearController<f64> {
     }
 }
 
-/// One that its limits hold back.
+/// A controller at its limits.
 fn held_back() -> LimitStep<f64> {
-    // Small against the limits' own, or the iteration would not come to an end.
+    // Small compared with that of the limits, or the iteration would not converge.
     let near = |i: usize, j: usize| 0.02 / (1.0 + 10.0 * i.abs_diff(j) as f64).powi(2);
     LimitStep {
         resolvent: std::array::from_fn(|j| std::array::from_fn(|i| near(i, j))),
@@ -85,12 +85,12 @@ fn foreseeing() -> Predictive<f64> {
     }
 }
 
-/// How a torque dies out.
+/// Decay of a torque.
 fn dying_out(samples: usize) -> f64 {
     0.8f64.powi(samples as i32)
 }
 
-/// One that uses every number, and knows half of what the inputs ask.
+/// A network that uses every number, trained for half of the range of the inputs.
 fn network() -> NetworkFeedforward<f64> {
     let some = |i: usize, j: usize| 0.1 * ((3 * i + 5 * j) % 7) as f64 - 0.25;
     let network = Network {
@@ -126,7 +126,7 @@ fn observer() -> DriveObserver<f64> {
     };
     let accelerometer = AccelerationSensor { flow: [[0.79, 6.8e-5, 0.21], [-2.7e3, 0.19, 2.7e3]], ..AccelerationSensor::default() };
     let fast_gains = ObserverGains { tacho: [20.0, 1e-3, 6e-3], ..gains };
-    DriveObserver { model: believed(), steps: 2, tacho_share: 0.2, accelerometer, gains, fast_gains, ripple_velocity: 2.0 }
+    DriveObserver { model: modelled_drive(), steps: 2, tacho_share: 0.2, accelerometer, gains, fast_gains, ripple_velocity: 2.0 }
 }
 
 fn element(model: Model<f64>) -> FrictionElement<f64> {
@@ -141,7 +141,7 @@ fn warm_and_rested(model: Model<f64>) -> FrictionElement<f64> {
     element
 }
 
-// What a block may consist of.
+// Parts of blocks.
 agree!(no_state, SlidingFriction, SlidingFriction::default());
 agree!(one_state, Lag, Lag::default());
 agree!(
@@ -211,7 +211,7 @@ agree!(
 agree!(arm_rendering, ArmRendering, arm(0.0), arm(1.0));
 agree!(smooth_difference, SmoothDifference, SmoothDifference::default());
 agree!(karnopp, Karnopp, Karnopp::default());
-agree!(drive_model, DriveModel, believed());
+agree!(drive_model, DriveModel, modelled_drive());
 agree!(drive_observer, DriveObserver, observer());
 agree!(
     bristle_difference,

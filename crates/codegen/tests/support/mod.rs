@@ -1,5 +1,5 @@
 //! Drives a block as every kind of number and as compiled C, and compares the bits.
-#![allow(dead_code, missing_docs, unreachable_pub, reason = "each test takes what it needs")]
+#![allow(dead_code, missing_docs, unreachable_pub, reason = "each test uses a part")]
 
 pub mod bench;
 pub mod blocks;
@@ -19,10 +19,10 @@ use case::Trajectory;
 use compiler::{STRICT, compile_and_run};
 use number::{Number, run};
 
-/// Quickly compiled: what optimisation could do to the text is the matter of `long` and `clean`.
+/// Compiled without optimisation, which `long` and `clean` test.
 pub const QUICK: [&str; 1] = ["-O1"];
 
-/// Panics at the first result whose bits differ. NaN is NaN, whatever its sign and payload.
+/// Panics at the first result whose bits differ. All NaN are equal, for any sign and payload.
 pub fn assert_same(what: &str, expected: &[Vec<f64>], got: &[Vec<f64>]) {
     assert_eq!(expected.len(), got.len(), "{what}");
     for (number, (expected, got)) in expected.iter().zip(got).enumerate() {
@@ -52,21 +52,21 @@ where
     let code = c::print::<F>(&program, "block").expect("a good name");
     let flags = [&STRICT[..], &QUICK].concat();
     let guarded = number::run_guarded(&block.map(&mut |v: f64| F::of(v)), trajectories);
-    assert_faults_are_told(trajectories, &guarded, program.start.len());
+    assert_faults_are_reported(trajectories, &guarded, program.start.len());
     let ran = compile_and_run(&program, &code, "gcc", &flags, trajectories);
     assert_same(&format!("C, {}", F::C_NAME), expected, &ran.raw);
     assert_same(&format!("guarded C, {}", F::C_NAME), &guarded, &ran.guarded);
     assert_eq!(ran.fault, "", "parameters_init");
-    let given: Vec<f64> = number::numbers(block).into_iter().map(|v| F::of(v).into()).collect();
-    assert_same("parameters_init", &[given], &[ran.parameters]);
+    let expected_parameters: Vec<f64> = number::numbers(block).into_iter().map(|v| F::of(v).into()).collect();
+    assert_same("parameters_init", &[expected_parameters], &[ran.parameters]);
 }
 
-/// Whatever one input is: after a guarded step output and state are finite, and its status says so.
-fn assert_faults_are_told(trajectories: &[Trajectory], guarded: &[Vec<f64>], states: usize) {
+/// For any input: after a guarded step output and state are finite, and the status reports non-finite inputs.
+fn assert_faults_are_reported(trajectories: &[Trajectory], guarded: &[Vec<f64>], states: usize) {
     for (trajectory, row) in trajectories.iter().zip(guarded) {
         assert!(row.iter().all(|number| number.is_finite()), "{:?}: {row:?}", trajectory.inputs);
         let status = row[row.len() - states - 1];
-        assert!(!trajectory.fault || status != 0.0, "{:?} goes unnoticed: {row:?}", trajectory.inputs.last());
+        assert!(!trajectory.fault || status != 0.0, "{:?} is not detected: {row:?}", trajectory.inputs.last());
     }
 }
 

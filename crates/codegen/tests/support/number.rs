@@ -6,7 +6,7 @@ use stickslip_core::scalar::{Dual, Lanes, Scalar};
 
 use super::case::Trajectory;
 
-/// A number that carries one value or several side by side. Single precision is exact in `f64`.
+/// A number with one value or several lanes. Single precision is exact in `f64`.
 pub trait Number: Scalar {
     const WIDTH: usize;
     /// The value of each lane in turn.
@@ -70,7 +70,7 @@ pub fn filled<T: Scalar, V: Fields<T>>(template: &V, numbers: impl IntoIterator<
     value
 }
 
-/// One step. Apart, so that each kind of number is compiled once for a block.
+/// One step. A separate function, so that each kind of number is compiled once for a block.
 #[inline(never)]
 pub fn step<T: Scalar, B: Block<T>>(block: &B, state: &mut B::State, input: &B::Input, dt: T) -> B::Output {
     block.step(state, *input, dt)

@@ -17,7 +17,7 @@ use super::blocks::{Lag, Nested, SlidingFriction};
 
 const DT: f64 = 250e-6;
 
-/// A project in a folder of its own.
+/// A project in a temporary folder.
 pub struct Written {
     pub name: &'static str,
     pub project: Project,

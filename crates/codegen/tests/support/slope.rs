@@ -8,7 +8,7 @@ use stickslip_core::scalar::Dual;
 use super::case::{Random, Trajectory};
 use super::number::{self, filled, numbers};
 
-/// Parameters, state and input of a step: all that its results depend on.
+/// Parameters, state and input of a step, on which its results depend.
 #[derive(Clone)]
 struct Point {
     numbers: [Vec<f64>; 3],
@@ -61,7 +61,7 @@ fn dual_step<B: Block<Dual<6>, Input: Default>>(block: &B, point: &Point, variab
 }
 
 /// Compares at points along the trajectories. Where differences forwards, backwards and over half the distance
-/// disagree, there is a kink or too little precision to tell: such places count as unjudged, at most two in three.
+/// disagree, there is a kink or too little precision: such places count as unjudged, at most two in three.
 pub fn check<B, D>(block: &B, dual: &D, trajectories: &[Trajectory])
 where
     B: Block<f64, Input: Default> + Fields<f64>,
@@ -109,7 +109,7 @@ where
     assert!(judged * 2 >= unjudged, "only {judged} slopes could be judged, {unjudged} not");
 }
 
-/// The slope of each result and what it may be off by; `None` where differences cannot tell.
+/// The slope of each result and its tolerance; `None` if differences disagree.
 fn slopes<B: Block<f64, Input: Default>>(block: &B, point: &Point, variable: usize) -> Vec<Option<(f64, f64)>> {
     let at = |offset: f64| {
         let mut moved = point.clone();
@@ -126,8 +126,8 @@ fn slopes<B: Block<f64, Input: Default>>(block: &B, point: &Point, variable: usi
             let narrow = (near_right[i] - near_left[i]) / h;
             let (forwards, backwards) =
                 ((near_right[i] - middle[i]) / (0.5 * h), (middle[i] - near_left[i]) / (0.5 * h));
-            // Curvature bends the one-sided ones by h·f″; what cancels on the way weighs ε/h, many times over where a
-            // step is divided by its duration twice.
+            // Curvature changes the one-sided ones by h·f″; cancellation adds ε/h, many times if a step is divided by
+            // its duration twice.
             let tolerance = 1e-3 * narrow.abs() + 1e5 * f64::EPSILON * middle[i].abs() / h + 1e-9;
             let smooth = [wide, forwards, backwards].iter().all(|s| (s - narrow).abs() <= tolerance);
             (smooth && narrow.is_finite()).then_some((narrow, 2.0 * tolerance))

@@ -327,7 +327,7 @@ mod tests {
         let refusal = |points: &[[f64; 2]]| through_points(points, &Stribeck::default()).unwrap_err().to_string();
         assert!(refusal(&[[1.0, 0.2], [-1.0, 0.2]]).starts_with("point 1 of the friction curve: velocity = -1."));
         assert!(refusal(&[[1.0, f64::NAN]]).contains("torque = NaN. Friction brakes"));
-        assert!(refusal(&[]).contains("0 reference points, 1 are needed"));
+        assert!(refusal(&[]).contains("too few reference points: 0; at least 1 required"));
     }
 
     #[test]

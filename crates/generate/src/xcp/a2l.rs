@@ -8,21 +8,21 @@ use crate::asap2::{Head, Objects, PACKED, quoted};
 
 use super::{EPK, EVENT_NAME, Layout, MAX_CTO, MAX_DTO, PARAMETERS, SIZE, VERSION, cycle_time};
 
-/// What the blocks of XCP consist of, in the metalanguage.
+/// Structure of the blocks of XCP, in the metalanguage.
 pub(crate) const METALANGUAGE: &str = include_str!("xcp.aml");
-/// The commands that a slave may have or not, as far as it has them.
+/// The optional commands of the slave.
 const COMMANDS: &str = "GET_COMM_MODE_INFO GET_ID SET_MTA UPLOAD SHORT_UPLOAD BUILD_CHECKSUM DOWNLOAD SHORT_DOWNLOAD \
     SET_CAL_PAGE GET_CAL_PAGE GET_PAG_PROCESSOR_INFO GET_SEGMENT_INFO GET_PAGE_INFO COPY_CAL_PAGE SET_DAQ_PTR WRITE_DAQ \
     SET_DAQ_LIST_MODE GET_DAQ_LIST_MODE START_STOP_DAQ_LIST START_STOP_SYNCH GET_DAQ_CLOCK GET_DAQ_PROCESSOR_INFO \
     GET_DAQ_RESOLUTION_INFO GET_DAQ_LIST_INFO GET_DAQ_EVENT_INFO FREE_DAQ ALLOC_DAQ ALLOC_ODT ALLOC_ODT_ENTRY \
     WRITE_DAQ_MULTIPLE";
 
-/// Where a bench speaks XCP.
+/// Addresses of the XCP service of a bench.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Doors {
-    /// By datagrams.
+    /// UDP.
     pub udp: Option<SocketAddr>,
-    /// By connections.
+    /// TCP.
     pub tcp: Option<SocketAddr>,
 }
 
@@ -98,7 +98,7 @@ pub(crate) struct Slave<'a> {
 pub(crate) fn protocol(slave: &Slave, doors: Doors) -> String {
     let [major, minor] = VERSION;
     let Slave { max_cto, max_dto, max_entry, event, cycle: (time, unit), .. } = slave;
-    // A command that takes longer than T1 says so by an event.
+    // A command that takes longer than T1 sends an event.
     let mut text = format!(
         "    /begin IF_DATA XCP\n      /begin PROTOCOL_LAYER 0x{major:02x}{minor:02x} 2000 2000 2000 2000 2000 2000 2000 \
          {max_cto} {max_dto} BYTE_ORDER_MSB_LAST ADDRESS_GRANULARITY_BYTE\n"
@@ -119,7 +119,7 @@ pub(crate) fn protocol(slave: &Slave, doors: Doors) -> String {
     }
     for (transport, address) in [("TCP", doors.tcp), ("UDP", doors.udp)] {
         let Some(address) = address else { continue };
-        // Where it listens everywhere, it is reached from here at least.
+        // If it listens on all addresses, it is reachable at least from this computer.
         let (kind, host) = match address.ip() {
             ip if ip.is_unspecified() => ("ADDRESS", IpAddr::from(Ipv4Addr::LOCALHOST)),
             ip @ IpAddr::V4(_) => ("ADDRESS", ip),

@@ -1,6 +1,6 @@
-//! Text for tools that read ASCII alone: ASAP2 files before 1.7 and service texts.
+//! Text for tools that read only ASCII: ASAP2 files before 1.7 and service texts.
 
-/// The text with each letter beyond ASCII spelled out; what has no spelling becomes `?`.
+/// The text with each letter beyond ASCII spelled out; letters without a spelling become `?`.
 pub fn ascii(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {

@@ -105,7 +105,7 @@ fn an_invalid_answer_is_refused_and_the_question_stays() {
         ("Controller", "pid", "p-p or unknown"),
     ] {
         let error = settle(&recording, &[(about, answer)]).unwrap_err().to_string();
-        assert!(error.contains(&format!("\"{answer}\" is no answer")) && error.contains(remedy), "{error}");
+        assert!(error.contains(&format!("\"{answer}\" is not valid")) && error.contains(remedy), "{error}");
     }
     let mut draft = Draft::new(&recording);
     let name = draft.next().unwrap();

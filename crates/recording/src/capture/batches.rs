@@ -7,45 +7,46 @@ use super::admit;
 use super::stream::{Account, Row, Sink};
 use stickslip_base::Error;
 
-/// Rows of a batch at most.
+/// Largest number of rows of a batch.
 const LONGEST: usize = 4096;
 
-/// Rows of cycles that follow each other.
+/// Rows of consecutive cycles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Batch {
     /// Cycle of its first row.
     pub from: u64,
-    /// Cycles before `from` that are in no batch, since the batch before: lost, or in batches that nobody took in time.
+    /// Cycles between the previous batch and `from` that are in no batch: lost, or in batches that were not taken in
+    /// time.
     pub missing: u64,
     rows: usize,
-    /// Row after row.
+    /// Values, row by row.
     values: Vec<f64>,
 }
 
 impl Batch {
-    /// Its rows.
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Its signals.
+    /// Number of signals.
     pub fn signals(&self) -> usize {
         self.values.len().checked_div(self.rows).unwrap_or(0)
     }
 
-    /// Of one signal, its value in each row.
+    /// The values of one signal, one per row.
     pub fn column(&self, signal: usize) -> impl Iterator<Item = f64> {
         self.values.iter().skip(signal).step_by(self.signals().max(1)).copied()
     }
 }
 
-/// Every row of some signals. Whoever takes them too late finds the newest, and told how many there were before.
+/// Every row of some signals. Slow readers get the newest rows and the number of missing ones.
 #[derive(Clone, Debug)]
 pub struct Batches {
     signals: Vec<usize>,
     /// Oldest first; the last one grows.
     batches: VecDeque<Batch>,
-    /// Rows in them, and how many there may be.
+    /// Rows in them, and their largest number.
     rows: usize,
     room: usize,
     /// Rows of a batch.
@@ -54,44 +55,44 @@ pub struct Batches {
 }
 
 impl Batches {
-    /// Of these signals, by index, `room` rows of which may wait to be taken.
+    /// Batches of these signals, by index; at most `room` rows wait for the reader.
     ///
     /// # Errors
-    /// No signal or room at all, or more than `limit` bytes.
+    /// No signal, `room` 0, or more than `limit` bytes.
     pub fn new(signals: Vec<usize>, room: usize, limit: usize) -> Result<Self, Error> {
-        let remedy = "Choose one at least.";
+        let remedy = "Choose at least one.";
         for (what, found) in [("signals of a stream", signals.len()), ("waiting rows of a stream", room)] {
             if found == 0 {
                 return Err(Error::TooFew { what, found, needed: 1, remedy });
             }
         }
-        // Few rows: one batch more than there is room for is the one that grows.
+        // With few rows, one more batch is the growing one.
         let longest = LONGEST.min(room.div_ceil(8));
-        // What grows by doubling has room for twice what it holds at most.
+        // A buffer that grows by doubling has space for twice its largest content.
         let bytes = 2 * (room + longest) as u128 * (signals.len() * size_of::<f64>()) as u128;
         admit("the stream", bytes, limit, "Choose fewer signals or a shorter queue, or raise the limit.")?;
         let (batches, account) = (VecDeque::new(), Account::default());
         Ok(Batches { signals, batches, rows: 0, room, longest, account })
     }
 
-    /// Takes the oldest batch that waits.
+    /// Takes the oldest waiting batch.
     pub fn take(&mut self) -> Option<Batch> {
         let batch = self.batches.pop_front()?;
         self.rows -= batch.rows;
         Some(batch)
     }
 
-    /// Leaves the oldest rows, so that there is room for the next.
+    /// Drops the oldest rows, so that there is space for the next.
     fn make_room(&mut self) {
         while self.rows >= self.room
-            && let Some(left) = self.take()
+            && let Some(dropped) = self.take()
         {
-            self.account.stored -= left.rows as u64;
-            self.account.discarded += left.rows as u64;
-            let missing = left.missing + left.rows as u64;
+            self.account.stored -= dropped.rows as u64;
+            self.account.discarded += dropped.rows as u64;
+            let missing = dropped.missing + dropped.rows as u64;
             match self.batches.front_mut() {
                 Some(next) => next.missing += missing,
-                None => self.begin(left.from + left.rows as u64, missing),
+                None => self.begin(dropped.from + dropped.rows as u64, missing),
             }
         }
     }
@@ -111,7 +112,7 @@ impl Sink for Batches {
         self.account.arrive(&row);
         self.make_room();
         match self.batches.back_mut() {
-            // Nothing is in it but what is missing.
+            // It has no rows, only missing cycles.
             Some(last) if last.rows == 0 => {
                 last.from = row.cycle();
                 last.missing += row.lost();

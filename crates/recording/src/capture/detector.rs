@@ -1,4 +1,4 @@
-//! A trigger at work: sees row after row, and says which one is an event.
+//! Detection of the events of a trigger, row by row.
 
 use super::stream::Row;
 use super::trigger::{Condition, Side, Slope, Test, Trigger};
@@ -6,35 +6,35 @@ use crate::RecordingError;
 use stickslip_base::Error;
 use stickslip_base::parameters::schema::nearest;
 
-/// Memory of a condition on a signal by its index. NaN leaves it as it is.
+/// Memory of a condition on a signal by its index. NaN does not change it.
 #[derive(Clone, Debug)]
 pub(super) struct Detector {
     /// `None`: any row is an event.
     watched: Option<(usize, Test)>,
-    /// Whether the signal has been where an event must come from: below and above for an edge, beyond the end for a
-    /// window, both in the first.
+    /// Whether the signal has been on the side from which an event starts: below and above for an edge, outside the end
+    /// for a window, both in the first.
     ready: [bool; 2],
     /// The signal's last value; NaN before the first.
     last: f64,
 }
 
 impl Detector {
-    /// For rows whose signals have these names.
+    /// A detector for rows whose signals have these names.
     ///
     /// # Errors
-    /// A signal that there is not, or a trigger whose text would be refused.
+    /// An unknown signal, or a trigger whose text is not valid.
     pub(super) fn new(trigger: &Trigger, names: &[impl AsRef<str>]) -> Result<Self, Error> {
-        // A trigger can be put together of any numbers; its own text knows which make sense, and in which column not.
+        // A trigger may be built from any numbers; its text is parsed to check them and to get the column of a fault.
         let text = trigger.to_string();
         let watched = match text.parse::<Trigger>()?.condition {
             Condition::Immediate => None,
             Condition::Signal { name, test } => {
-                let Some(index) = names.iter().position(|known| known.as_ref() == name) else {
+                let Some(index) = names.iter().position(|other| other.as_ref() == name) else {
                     let remedy = match nearest(&name, names.iter().map(AsRef::as_ref)) {
                         Some(nearest) => format!("Did you mean `{nearest}`?"),
-                        None => format!("There are {} signals, none is like it.", names.len()),
+                        None => format!("None of the {} signals has a similar name.", names.len()),
                     };
-                    let fault = format!("there is no signal `{name}`");
+                    let fault = format!("unknown signal `{name}`");
                     return Err(RecordingError::Trigger { text, column: 1, fault, remedy }.into());
                 };
                 Some((index, test))
@@ -43,7 +43,7 @@ impl Detector {
         Ok(Detector { watched, ready: [false; 2], last: f64::NAN })
     }
 
-    /// Signals that a row must have at least.
+    /// Smallest number of signals in a row.
     pub(super) fn width(&self) -> usize {
         self.watched.map_or(0, |(signal, _)| signal + 1)
     }
@@ -72,13 +72,13 @@ impl Detector {
                 self.ready[0] |= low + hysteresis <= value && value <= high - hysteresis;
                 leaves
             }
-            Test::Is(wanted) => value == f64::from(wanted),
-            Test::Becomes(wanted) => self.changes(value) && value == f64::from(wanted),
+            Test::Is(expected) => value == f64::from(expected),
+            Test::Becomes(expected) => self.changes(value) && value == f64::from(expected),
             Test::Changes => self.changes(value),
         }
     }
 
-    /// Whether it was ready; it is not any more.
+    /// Whether it was ready; resets it.
     fn leave(&mut self, end: usize) -> bool {
         std::mem::take(&mut self.ready[end])
     }

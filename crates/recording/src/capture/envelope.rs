@@ -1,4 +1,4 @@
-//! A live stream, thinned out so that no spike is lost.
+//! A live stream, reduced without losing spikes.
 
 use std::collections::VecDeque;
 
@@ -14,47 +14,47 @@ pub struct Point {
     pub from: u64,
     /// Cycle of its last row.
     pub to: u64,
-    /// Rows in it.
+    /// Number of rows.
     pub rows: u64,
-    /// Cycles up to `to` that are in no point, since the point before: lost, or in points that nobody took in time. A
-    /// line ends where it is not 0.
+    /// Cycles up to `to` since the previous point that are in no point: lost, or in points that were not taken in time.
+    /// A line is interrupted where it is not 0.
     pub missing: u64,
-    /// Of each signal.
+    /// Extremes of each signal.
     pub extremes: Vec<Extremes>,
-    /// Of each signal, the value in the last row.
+    /// The value of each signal in the last row.
     pub last: Vec<f64>,
 }
 
-/// Minimum, maximum and last of each signal over windows of so many ticks, as points in a queue.
+/// Minimum, maximum and last value of each signal over windows of a number of ticks, as points in a queue.
 ///
-/// A window begins at each multiple of its ticks, so that all streams of the same width have the same points. One in
-/// which the stream begins or the width changes is shorter.
+/// A window begins at each multiple of its ticks, so that all streams of the same width have the same points. A window
+/// in which the stream begins or the width changes is shorter.
 #[derive(Clone, Debug)]
 pub struct Envelope {
     signals: Vec<usize>,
     ticks: u64,
-    /// The window that fills; without a row none does.
+    /// The current window; `None` before the first row.
     window: Point,
     points: VecDeque<Point>,
-    /// Points that may wait.
+    /// Largest number of waiting points.
     room: usize,
     account: Account,
 }
 
 impl Envelope {
-    /// Of these signals, by index: a point every `ticks`, of which `room` may wait to be taken.
+    /// An envelope of these signals, by index: a point every `ticks`; at most `room` points wait for the reader.
     ///
     /// # Errors
-    /// No signal, tick or room at all, or more than `limit` bytes.
+    /// No signal, `ticks` or `room` 0, or more than `limit` bytes.
     pub fn new(signals: Vec<usize>, ticks: u64, room: usize, limit: usize) -> Result<Self, Error> {
-        let remedy = "Choose one at least.";
+        let remedy = "Choose at least one.";
         for (what, found) in [("signals of an envelope", signals.len()), ("waiting points of an envelope", room)] {
             if found == 0 {
                 return Err(Error::TooFew { what, found, needed: 1, remedy });
             }
         }
         let point = size_of::<Point>() + signals.len() * (size_of::<Extremes>() + size_of::<f64>());
-        // The queue takes a power of two, and one grows while the others wait.
+        // The capacity of the queue is a power of two, and one more point is the current one.
         let bytes = (room as u128 + 1).next_power_of_two() * point as u128;
         admit("the envelope", bytes, limit, "Choose fewer signals or a shorter queue, or raise the limit.")?;
         let window = Point::empty(signals.len());
@@ -69,25 +69,31 @@ impl Envelope {
         self.ticks
     }
 
-    /// From the next row on, a point every `ticks`; what has come until now becomes a point of its own.
+    /// From the next row, a point every `ticks`; the rows up to now become a separate point.
     ///
     /// # Errors
     /// 0 ticks.
     pub fn set_ticks(&mut self, ticks: u64) -> Result<(), Error> {
         if ticks == 0 {
-            return Err(Error::TooFew { what: "ticks of a point", found: 0, needed: 1, remedy: "1 shows every row." });
+            return Err(Error::TooFew {
+                what: "ticks of a point",
+                found: 0,
+                needed: 1,
+                remedy: "Choose 1 for every \
+                row.",
+            });
         }
         self.finish();
         self.ticks = ticks;
         Ok(())
     }
 
-    /// Takes the oldest point that waits.
+    /// Takes the oldest waiting point.
     pub fn take(&mut self) -> Option<Point> {
         self.points.pop_front()
     }
 
-    /// Queues the window that fills.
+    /// Queues the current window.
     fn finish(&mut self) {
         if self.window.rows == 0 {
             return;

@@ -1,27 +1,27 @@
-//! What is left of many samples of a signal when they share a pixel.
+//! Extremes of the samples of a signal that share a pixel.
 
-/// The least and the greatest of some samples.
+/// Minimum and maximum of some samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extremes {
-    /// The least number among them; NaN if there is none.
+    /// The minimum; NaN without numbers.
     pub min: f64,
-    /// The greatest number among them; NaN if there is none.
+    /// The maximum; NaN without numbers.
     pub max: f64,
-    /// Whether there is a NaN among them: it neither hides the numbers nor is hidden by them.
+    /// Whether a sample is NaN; minimum and maximum are those of the other samples.
     pub nan: bool,
 }
 
 impl Extremes {
-    /// Of no sample.
+    /// Extremes without samples.
     pub const NONE: Extremes = Extremes { min: f64::NAN, max: f64::NAN, nan: false };
 
-    /// Takes a sample in.
+    /// Adds a sample.
     #[inline]
     pub fn include(&mut self, value: f64) {
         self.merge(Extremes { min: value, max: value, nan: value.is_nan() });
     }
 
-    /// Takes other samples in.
+    /// Adds the samples of other extremes.
     #[inline]
     pub fn merge(&mut self, other: Extremes) {
         // Written so that a number replaces a NaN, and a NaN replaces nothing.

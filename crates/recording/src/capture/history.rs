@@ -1,10 +1,10 @@
-//! The rows that were last: a ring of fixed memory.
+//! The newest rows: a ring of fixed size.
 
-/// The newest rows, at most so many.
+/// The newest rows, up to a fixed number.
 #[derive(Clone, Debug)]
 pub(super) struct History {
     cycles: Vec<u64>,
-    /// Row after row.
+    /// Values, row by row.
     values: Vec<f64>,
     width: usize,
     /// Slot of the oldest row.
@@ -13,7 +13,7 @@ pub(super) struct History {
 }
 
 impl History {
-    /// For so many rows of `width` values.
+    /// A history of this number of rows of `width` values.
     pub(super) fn new(rows: usize, width: usize) -> Self {
         History { cycles: vec![0; rows], values: vec![0.0; rows * width], width, first: 0, rows: 0 }
     }
@@ -22,7 +22,7 @@ impl History {
         self.rows
     }
 
-    /// Takes a row. Whether one had to go for it, this one where there is no room at all.
+    /// Adds a row. Returns whether a row was dropped for it; without capacity it is this one.
     pub(super) fn push(&mut self, cycle: u64, values: impl Iterator<Item = f64>) -> bool {
         let room = self.cycles.len();
         if room == 0 {
@@ -42,7 +42,7 @@ impl History {
         full
     }
 
-    /// Oldest first.
+    /// The rows, oldest first.
     pub(super) fn iter(&self) -> impl Iterator<Item = (u64, &[f64])> {
         (0..self.rows).map(|row| {
             let slot = self.slot(row);
@@ -54,7 +54,7 @@ impl History {
         self.rows = 0;
     }
 
-    /// Of the row that is `row` after the oldest; of that one again after the last slot.
+    /// Slot of the row that is `row` after the oldest; the slots are cyclic.
     fn slot(&self, row: usize) -> usize {
         let slot = self.first + row;
         if slot < self.cycles.len() { slot } else { slot - self.cycles.len() }

@@ -1,14 +1,15 @@
-//! What one looks at while a bench runs: a trigger with history before it, live streams that hide no spike, and a
-//! history that can be zoomed, each with an exact account of every cycle.
+//! Views of a running bench: captures with a trigger and a history before it, live streams that keep every spike, and a
+//! history with zoom, each with an exact account of every cycle.
 //!
-//! One [`Stream`] takes the rows, one a tick: the cycle's number and all signals. It hands them to any number of sinks,
-//! which come and go while it runs: a [`Capture`] keeps what happened around a [`Trigger`], an [`Envelope`] thins a live
-//! stream out to minimum, maximum and last of so many ticks, [`Batches`] hand out every row, a [`Pyramid`] answers for any span of its history with no
-//! more points than a screen has. All are plain data: no thread, no clock, the same rows give the same result. They
-//! belong on an ordinary thread, behind the ring that leaves the real-time loop.
+//! One [`Stream`] takes the rows, one a tick: the cycle's number and all signals. It passes them to any number of
+//! sinks, which are added and removed while it runs: a [`Capture`] stores the rows around a [`Trigger`], an
+//! [`Envelope`] reduces a live stream to minimum, maximum and last value of a number of ticks, [`Batches`] provide
+//! every row, a [`Pyramid`] returns any span of its history with at most as many points as a screen has. All are plain
+//! data: no thread, no clock, the same rows give the same result. Use them on an ordinary thread, after the ring of the
+//! real-time loop.
 //!
-//! A cycle without a row is lost: the ring was full, or the tick was held. Each sink counts it, and says where. At any
-//! moment, for each sink, every cycle since it was added is either stored, or discarded for a stated reason, or lost
+//! A cycle without a row is lost: the ring was full, or the tick was missed. Each sink counts it with its place. At any
+//! time, for each sink, every cycle since it was added is either stored, or discarded for a stated reason, or lost
 //! ([`Account`]).
 //!
 //! ```
@@ -56,7 +57,7 @@ pub use triggered::{Capture, Stage};
 use crate::RecordingError;
 use stickslip_base::Error;
 
-/// Refuses what would take more than `limit` bytes.
+/// Refuses more than `limit` bytes.
 fn admit(what: &'static str, bytes: u128, limit: usize, remedy: &'static str) -> Result<(), Error> {
     if bytes <= limit as u128 {
         Ok(())

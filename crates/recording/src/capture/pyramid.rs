@@ -1,8 +1,8 @@
-//! A history that can be looked at from any distance: extremes over 2, 4, 8 … ticks.
+//! A history with zoom: extremes over 2, 4, 8 … ticks.
 //!
-//! Samples are kept as they are, and the extremes of each block of 2^k ticks that begins at a multiple of 2^k, for
-//! k ≥ 3: below, the samples themselves are as fast. A span is made of the fewest whole blocks, two of each size at
-//! most, so that a picture takes no longer than its points, however long the span.
+//! It stores the samples, and the extremes of each block of 2^k ticks that begins at a multiple of 2^k, for k ≥ 3; for
+//! smaller blocks the samples are as fast. A span is composed of the smallest number of complete blocks, at most two of
+//! each size, so that the time of a query depends on its points, not on the length of the span.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use super::extremes::Extremes;
 use super::stream::{Account, Row, Sink};
 use stickslip_base::Error;
 
-/// Blocks of fewer than 2^FINEST ticks are not kept.
+/// Blocks of fewer than 2^FINEST ticks are not stored.
 const FINEST: u32 = 3;
 
 /// A part of a span.
@@ -19,16 +19,16 @@ const FINEST: u32 = 3;
 pub struct Block {
     /// Its cycles.
     pub cycles: Range<u64>,
-    /// Cycles that have a row; the others are lost.
+    /// Number of cycles with a row; the others are lost.
     pub rows: u64,
-    /// Of each signal.
+    /// Extremes of each signal.
     pub extremes: Vec<Extremes>,
 }
 
 /// Blocks of one size, in a ring.
 #[derive(Clone, Debug)]
 struct Level {
-    /// Block after block, of each all signals.
+    /// Extremes of all signals, block by block.
     extremes: Vec<Extremes>,
     /// Rows in each block.
     rows: Vec<u64>,
@@ -38,29 +38,29 @@ struct Level {
 #[derive(Clone, Debug)]
 pub struct Pyramid {
     signals: Vec<usize>,
-    /// Cycle after cycle, of each all signals, in a ring.
+    /// Values of all signals, cycle by cycle, in a ring.
     samples: Vec<f64>,
-    /// Whether the cycle has a row.
+    /// Whether each cycle has a row.
     present: Vec<bool>,
-    /// Of 2^FINEST ticks, of twice as many, … of the whole ring.
+    /// Levels of 2^FINEST ticks, of twice as many, … of the whole ring.
     levels: Vec<Level>,
-    /// First cycle that was seen.
+    /// First cycle of the history.
     first: u64,
-    /// The cycle that is expected next.
+    /// The next expected cycle.
     next: u64,
-    /// Room for a block, so that a row takes no memory.
+    /// Buffer of a block, so that rows do not allocate.
     scratch: Block,
     account: Account,
 }
 
 impl Pyramid {
-    /// Of these signals, by index, over the newest `ticks`, rounded up to a power of two from 8 on.
+    /// A history of these signals, by index, over the newest `ticks`, rounded up to a power of two, at least 8.
     ///
     /// # Errors
     /// No signal, or more than `limit` bytes.
     pub fn new(signals: Vec<usize>, ticks: u64, limit: usize) -> Result<Self, Error> {
         if signals.is_empty() {
-            let (what, remedy) = ("signals of a history", "Choose one at least.");
+            let (what, remedy) = ("signals of a history", "Choose at least one.");
             return Err(Error::TooFew { what, found: 0, needed: 1, remedy });
         }
         let width = signals.len();
@@ -90,27 +90,27 @@ impl Pyramid {
         ticks * sample + ((ticks >> (FINEST - 1)) - 1) * block
     }
 
-    /// The cycles of which it knows.
+    /// The cycles of the history.
     pub fn cycles(&self) -> Range<u64> {
         self.first.max(self.next.saturating_sub(self.present.len() as u64))..self.next
     }
 
-    /// The part of these cycles that it knows, in `points` blocks at most: all as long as each other, but for the ends.
-    /// For a plot, twice as many points as pixels. The time that it takes grows with the points, not with the span.
+    /// The available part of these cycles in at most `points` blocks of equal length, except at the ends. For a plot,
+    /// use twice as many points as pixels. The time grows with the points, not with the span.
     pub fn query(&self, cycles: Range<u64>, points: usize) -> Vec<Block> {
-        let known = self.cycles();
-        let (from, to) = (cycles.start.max(known.start), cycles.end.min(known.end));
+        let available = self.cycles();
+        let (from, to) = (cycles.start.max(available.start), cycles.end.min(available.end));
         if from >= to || points == 0 {
             return Vec::new();
         }
-        // The smallest blocks that are not too many.
+        // The smallest blocks whose number is not too large.
         let few = |k: &u32| ((to - 1) >> k) - (from >> k) < points as u64;
         let k = (0..u64::BITS - 1).find(few).unwrap_or(u64::BITS - 1);
         let block = |index: u64| self.block((index << k).max(from)..((index + 1) << k).min(to));
         ((from >> k)..=((to - 1) >> k)).map(block).collect()
     }
 
-    /// Any span that it knows, of the fewest parts.
+    /// Any available span in the smallest number of parts.
     fn block(&self, cycles: Range<u64>) -> Block {
         let mut block = Block { cycles: cycles.clone(), rows: 0, extremes: vec![Extremes::NONE; self.signals.len()] };
         let mut cycle = cycles.start;
@@ -178,7 +178,7 @@ impl Pyramid {
         self.close();
     }
 
-    /// Fills the blocks that end before the next cycle, the small ones first: the larger are made of them.
+    /// Fills the blocks that end before the next cycle, small ones first: the larger ones are computed from them.
     fn close(&mut self) {
         let mut block = std::mem::replace(&mut self.scratch, Block { cycles: 0..0, rows: 0, extremes: Vec::new() });
         for k in FINEST..=self.top().min(self.next.trailing_zeros()) {
@@ -199,7 +199,7 @@ impl Pyramid {
         self.scratch = block;
     }
 
-    /// Nothing of what it knew is within reach any more. Blocks stay: those that begin before the next row are not read.
+    /// All previous cycles are out of the ring. Blocks stay: those that begin before the next row are not read.
     fn forget(&mut self) {
         self.account.discarded += std::mem::take(&mut self.account.stored);
         self.present.fill(false);
@@ -234,7 +234,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_is_what_was_stated() {
+    fn memory_is_as_stated() {
         for (ticks, signals) in [(1, 1), (8, 2), (100, 3), (4096, 32)] {
             let pyramid = Pyramid::new((0..signals).collect(), ticks, usize::MAX).unwrap();
             let levels: usize = pyramid
@@ -242,10 +242,10 @@ mod tests {
                 .iter()
                 .map(|level| size_of_val(&level.extremes[..]) + size_of_val(&level.rows[..]))
                 .sum();
-            let taken = levels + size_of_val(&pyramid.samples[..]) + size_of_val(&pyramid.present[..]);
-            assert_eq!(Pyramid::bytes(signals, u128::from(ticks.next_power_of_two().max(8))), taken as u128);
-            assert!(Pyramid::new((0..signals).collect(), ticks, taken).is_ok());
-            assert!(Pyramid::new((0..signals).collect(), ticks, taken - 1).is_err());
+            let bytes = levels + size_of_val(&pyramid.samples[..]) + size_of_val(&pyramid.present[..]);
+            assert_eq!(Pyramid::bytes(signals, u128::from(ticks.next_power_of_two().max(8))), bytes as u128);
+            assert!(Pyramid::new((0..signals).collect(), ticks, bytes).is_ok());
+            assert!(Pyramid::new((0..signals).collect(), ticks, bytes - 1).is_err());
         }
     }
 }

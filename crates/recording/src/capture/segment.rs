@@ -1,46 +1,46 @@
-//! What a capture has kept around one trigger.
+//! The rows that a capture has stored around one trigger.
 
 use super::plan::Plan;
 
 /// Cycles without a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gap {
-    /// The first one.
+    /// The first cycle.
     pub cycle: u64,
-    /// How many.
+    /// Number of cycles.
     pub lost: u64,
 }
 
-/// What happened around one trigger, from `from` to `to`: there each cycle is a row, thinned out, or in a gap.
+/// The cycles around one trigger, from `from` to `to`: each cycle is a row, decimated, or in a gap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// Cycle of each row that is kept: the trigger's, and those a multiple of the decimation away from it.
+    /// Cycle of each stored row: that of the trigger, and those at multiples of the decimation from it.
     pub cycles: Vec<u64>,
-    /// Of each signal of the plan, its value in each row.
+    /// Values of each signal of the plan, one per row.
     pub columns: Vec<Vec<f64>>,
     /// Index of the trigger's row.
     pub trigger: usize,
-    /// Cycle of the event; `None` where the trigger came by itself. Before the trigger if there is a delay.
+    /// Cycle of the event; `None` for an automatic trigger. It is before the trigger if there is a delay.
     pub event: Option<u64>,
-    /// Rows that were lost right before the event: it may have happened so many ticks earlier.
+    /// Rows lost immediately before the event: it may have happened this number of ticks earlier.
     pub event_lost: u64,
-    /// First cycle, the asked for ticks before the trigger; later if the trigger came early.
+    /// First cycle, the requested ticks before the trigger; later for an early trigger.
     pub from: u64,
-    /// Last cycle, the asked for ticks after the trigger. It is in the future while the segment grows.
+    /// Last cycle, the requested ticks after the trigger. It is in the future while the segment grows.
     pub to: u64,
-    /// Ticks before the trigger that were asked for, but not seen: the capture had just begun.
+    /// Requested ticks before the trigger that are missing because the capture had just begun.
     pub missing: u64,
-    /// Where rows are lost, also between rows that are thinned out.
+    /// Lost rows, also between decimated rows.
     pub gaps: Vec<Gap>,
-    /// The cycle that is expected next.
+    /// The next expected cycle.
     next: u64,
     decimation: u64,
 }
 
 impl Segment {
-    /// Without its rows. `seen` is the first cycle that could have been kept, `event` cycle and lost rows of the event.
-    pub(super) fn new(plan: &Plan, trigger: u64, seen: u64, event: Option<(u64, u64)>) -> Self {
-        let from = trigger.saturating_sub(plan.before).max(seen);
+    /// A segment without rows. `first` is the first available cycle, `event` cycle and lost rows of the event.
+    pub(super) fn new(plan: &Plan, trigger: u64, first: u64, event: Option<(u64, u64)>) -> Self {
+        let from = trigger.saturating_sub(plan.before).max(first);
         let to = trigger.saturating_add(plan.after);
         let rows = ((trigger - from) / plan.decimation + 1 + plan.after / plan.decimation) as usize;
         Segment {
@@ -58,7 +58,7 @@ impl Segment {
         }
     }
 
-    /// Takes a row within `from` and `to`, `ahead` ticks before the trigger or after it. Whether it is kept.
+    /// Adds a row within `from` and `to`, `ahead` ticks before the trigger or after it. Returns whether it is stored.
     pub(super) fn push(&mut self, cycle: u64, ahead: u64, values: impl Iterator<Item = f64>) -> bool {
         self.expect(cycle);
         self.next = cycle + 1;
@@ -72,7 +72,7 @@ impl Segment {
         keeps
     }
 
-    /// All cycles before this one have come or are lost.
+    /// All cycles before this one were added or are lost.
     pub(super) fn expect(&mut self, cycle: u64) {
         if cycle > self.next {
             self.gaps.push(Gap { cycle: self.next, lost: cycle - self.next });
@@ -91,7 +91,7 @@ impl Segment {
         self.cycles.iter().map(move |&cycle| (cycle as i64 - zero as i64) as f64 * tick_time)
     }
 
-    /// Rows that are kept.
+    /// Number of stored rows.
     pub fn rows(&self) -> usize {
         self.cycles.len()
     }

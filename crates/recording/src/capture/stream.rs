@@ -7,10 +7,10 @@ use std::marker::PhantomData;
 
 use stickslip_base::Error;
 
-/// Cycles end here, so that no sum of two of them overflows: at 100 kHz in three million years.
+/// Largest cycle, so that no sum of two cycles overflows; at 100 kHz it is reached after three million years.
 const END_OF_CYCLES: u64 = 1 << 63;
 
-/// A row on its way to the sinks: its stream has checked order and width.
+/// A row for the sinks: its stream has checked order and width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row<'a> {
     cycle: u64,
@@ -24,7 +24,7 @@ impl Row<'_> {
         self.cycle
     }
 
-    /// Cycles without a row between the row before and this one.
+    /// Cycles without a row between the previous row and this one.
     pub fn lost(&self) -> u64 {
         self.lost
     }
@@ -35,45 +35,45 @@ impl Row<'_> {
     }
 }
 
-/// Where the cycles have gone since a sink was added: `produced = stored + discarded + lost`, always.
+/// Account of the cycles since a sink was added: `produced = stored + discarded + lost`, always.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Account {
-    /// Cycles until the newest row, that one included.
+    /// Cycles up to and including the newest row.
     pub produced: u64,
-    /// Rows that are kept or were handed out.
+    /// Rows that are stored or were taken.
     pub stored: u64,
-    /// Rows that came and are not kept: too old, thinned out, after the end, or never fetched.
+    /// Rows that are not stored: too old, decimated, after the end, or never taken.
     pub discarded: u64,
     /// Cycles without a row.
     pub lost: u64,
 }
 
 impl Account {
-    /// Enters a row, and the cycles lost before it; where the row goes is told apart.
+    /// Counts a row and the cycles lost before it; the sink counts it as stored or discarded.
     pub fn arrive(&mut self, row: &Row<'_>) {
         self.produced += row.lost + 1;
         self.lost += row.lost;
     }
 
-    /// Whether each cycle is where it is said to be.
+    /// Whether all cycles are accounted for.
     pub fn balances(&self) -> bool {
         self.produced == self.stored + self.discarded + self.lost
     }
 }
 
-/// What takes rows. It sees each row of its stream from the one after it was added, in order.
+/// A receiver of rows. It gets each row of its stream after it was added, in order.
 pub trait Sink: Any + Send {
-    /// Signals that a row must have at least.
+    /// Smallest number of signals in a row.
     fn width(&self) -> usize;
 
-    /// Takes a row.
+    /// Receives a row.
     fn push(&mut self, row: Row<'_>);
 
-    /// Where the cycles have gone.
+    /// The account of the cycles.
     fn account(&self) -> Account;
 }
 
-/// Holds the place of a sink in its stream.
+/// Handle of a sink in its stream.
 pub struct Tap<S> {
     number: u64,
     sink: PhantomData<fn() -> S>,
@@ -85,18 +85,18 @@ impl<S> fmt::Debug for Tap<S> {
     }
 }
 
-/// Hands each row to all sinks.
+/// Passes each row to all sinks.
 pub struct Stream {
     width: usize,
     last: Option<u64>,
     lost: u64,
-    /// Each with the number of its tap.
+    /// The sinks with the numbers of their taps.
     sinks: Vec<(u64, Box<dyn Sink>)>,
     added: u64,
 }
 
 impl Stream {
-    /// Of rows of `width` signals; without a sink.
+    /// A stream of rows of `width` signals, without sinks.
     pub fn new(width: usize) -> Self {
         Stream { width, last: None, lost: 0, sinks: Vec::new(), added: 0 }
     }
@@ -111,13 +111,13 @@ impl Stream {
         self.lost
     }
 
-    /// The signals of a cycle. Cycles that were passed over since the last row are lost.
+    /// Adds the signals of a cycle. Skipped cycles since the last row are lost.
     ///
     /// # Errors
-    /// A cycle that is not after the last one, or a row of another width; no sink has seen it then.
+    /// A cycle that is not after the last one, or a row of another width; no sink gets it then.
     pub fn push(&mut self, cycle: u64, values: &[f64]) -> Result<(), Error> {
         if values.len() != self.width {
-            let remedy = "All rows of a stream have the same signals; begin a new stream for others.";
+            let remedy = "All rows of a stream have the same signals; start a new stream for others.";
             return Err(Error::Dimension { what: "a row", found: values.len(), expected: self.width, remedy });
         }
         if cycle >= END_OF_CYCLES || self.last.is_some_and(|last| cycle <= last) {
@@ -135,7 +135,7 @@ impl Stream {
     /// Adds a sink: its account begins with the cycle after the newest row, lost or not.
     ///
     /// # Errors
-    /// A sink that looks at signals that the rows do not have.
+    /// A sink that requires signals that the rows do not have.
     pub fn add<S: Sink>(&mut self, sink: S) -> Result<Tap<S>, Error> {
         if sink.width() > self.width {
             let remedy = "Choose signals that the rows have; the first one has the index 0.";
@@ -154,14 +154,14 @@ impl Stream {
         sink.downcast_ref()
     }
 
-    /// The sink of a tap, to take from it or to change it; `None` for a tap of another stream.
+    /// The sink of a tap, mutable; `None` for a tap of another stream.
     pub fn get_mut<S: Sink>(&mut self, tap: &Tap<S>) -> Option<&mut S> {
         let (_, sink) = self.sinks.iter_mut().find(|(number, _)| *number == tap.number)?;
         let sink: &mut dyn Any = &mut **sink;
         sink.downcast_mut()
     }
 
-    /// Takes a sink out, with what it has; `None` for a tap of another stream, which loses nothing by it.
+    /// Removes a sink and returns it with its contents; `None` for a tap of another stream, which stays unchanged.
     pub fn remove<S: Sink>(&mut self, tap: Tap<S>) -> Option<S> {
         self.get(&tap)?;
         let index = self.sinks.iter().position(|(number, _)| *number == tap.number)?;

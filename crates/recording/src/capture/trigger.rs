@@ -1,12 +1,12 @@
-//! When a capture begins.
+//! The trigger of a capture.
 
 mod parse;
 
 use std::fmt;
 
-/// When a capture begins, as a sentence that the command line and the browser share.
+/// The trigger of a capture, as a sentence for command line and browser.
 ///
-/// [`FromStr`](std::str::FromStr) reads it and says what is wrong in which column; [`Display`](fmt::Display) gives it back.
+/// [`FromStr`](std::str::FromStr) parses it and reports faults with their column; [`Display`](fmt::Display) writes it.
 ///
 /// ```text
 /// velocity rises through 0.1, hysteresis 0.02, delay 200, hold-off 4000
@@ -19,47 +19,48 @@ use std::fmt;
 /// | `S rises through X` | is X or more, and was less than X − hysteresis since the last event |
 /// | `S falls through X` | is X or less, and was more than X + hysteresis since the last event |
 /// | `S crosses X` | either of the two |
-/// | `S enters A..B` | lies in the band A … B, and was out of it by more than the hysteresis since the last event |
-/// | `S leaves A..B` | lies out of the band, and was in it, off its ends by the hysteresis or more, since the last event |
+/// | `S enters A..B` | is in the band A … B, and was out of it by more than the hysteresis since the last event |
+/// | `S leaves A..B` | is outside the band, and was in it, off its ends by the hysteresis or more, since the last event |
 /// | `S is N` | has the value N, a whole number |
 /// | `S becomes N` | has the value N, and had another one before |
 /// | `S changes` | has another value than before |
 ///
-/// Options follow after commas, in any order: `hysteresis H` (0) in the signal's unit; `delay T` (0), the trigger comes
-/// so many ticks after the event; `hold-off T` (0), for so many ticks after an event there is none; `auto T` (never),
-/// without an event the trigger comes when so many ticks have passed. A name with a space, a comma or a quote stands in
-/// double quotes, a quote in it is doubled. All numbers are in the signal's SI unit, without a unit; times in ticks.
+/// Options follow after commas, in any order: `hysteresis H` (0) in the signal's unit; `delay T` (0), number of ticks
+/// from the event to the trigger; `hold-off T` (0), number of ticks after an event in which events are ignored; `auto
+/// T` (never), number of ticks without an event after which the trigger occurs automatically. A name with a space, a
+/// comma or a quote is in double quotes, and a quote in it is doubled. All numbers are in the signal's SI unit, without
+/// a unit; times in ticks.
 ///
-/// NaN is no value: it is no event, and what was before it stays known. A signal that was below the level, NaN, and is
-/// above the level now has risen through it. So it is with lost rows: the event is found at the first row after them.
-/// Before its first value a signal has not been anywhere.
+/// NaN is ignored: it is not an event, and the state before it is kept. A signal that was below the level, then NaN,
+/// and is now above the level has risen through it. The same holds for lost rows: the event is detected at the first
+/// row after them. Before its first value a signal has no state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trigger {
-    /// What an event is.
+    /// Condition of an event.
     pub condition: Condition,
-    /// From the event to the trigger, in ticks.
+    /// Time from the event to the trigger, in ticks.
     pub delay: u64,
-    /// After an event there is none for so many ticks.
+    /// Time after an event in which events are ignored, in ticks.
     pub hold_off: u64,
-    /// Without an event the trigger comes after so many ticks.
+    /// Time without an event after which the trigger occurs automatically, in ticks.
     pub auto: Option<u64>,
 }
 
-/// What an event is.
+/// Condition of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Condition {
     /// Any tick.
     Immediate,
-    /// A signal is seen to do something.
+    /// A test on a signal.
     Signal {
         /// Its name.
         name: String,
-        /// What it does.
+        /// The test.
         test: Test,
     },
 }
 
-/// What a signal does. Numbers are in its unit.
+/// A test on a signal. Numbers are in its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Test {
     /// Is greater than the level.
@@ -68,27 +69,27 @@ pub enum Test {
     Below(f64),
     /// Passes a level.
     Edge {
-        /// In which direction.
+        /// The direction.
         slope: Slope,
-        /// Where.
+        /// The level.
         level: f64,
-        /// How far beyond the level it must have been before.
+        /// Distance from the level that it must have had before.
         hysteresis: f64,
     },
-    /// Comes into a band or goes out of it.
+    /// Enters or leaves a band.
     Window {
-        /// Which of the two.
+        /// Whether it enters or leaves.
         side: Side,
-        /// Lower end; belongs to the band.
+        /// Lower end, inclusive.
         low: f64,
-        /// Upper end; belongs to the band.
+        /// Upper end, inclusive.
         high: f64,
-        /// How far on the other side of an end it must have been before.
+        /// Distance from an end, on the other side, that it must have had before.
         hysteresis: f64,
     },
     /// Has a value.
     Is(i32),
-    /// Comes to have a value.
+    /// Changes to a value.
     Becomes(i32),
     /// Has another value than before.
     Changes,
@@ -105,7 +106,7 @@ pub enum Slope {
     Both,
 }
 
-/// Way through the end of a band.
+/// Direction through the end of a band.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Into the band.

@@ -1,4 +1,4 @@
-//! A capture: what happened before and after its trigger.
+//! Captures: the rows before and after a trigger.
 
 use std::collections::VecDeque;
 
@@ -10,25 +10,25 @@ use super::stream::{Account, Row, Sink};
 use super::trigger::Trigger;
 use stickslip_base::Error;
 
-/// How far a capture is.
+/// Progress of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// The history fills. The trigger may come, and then has less before it than was asked for.
+    /// The history fills. A trigger is possible, with fewer rows before it than requested.
     Filling,
-    /// The history is full; the trigger is awaited.
+    /// The history is full; waits for the trigger.
     Armed,
-    /// The event has come, its delay passes.
+    /// The event has occurred; waits for its delay.
     Delayed,
-    /// The trigger has come, its segment grows.
+    /// The trigger has occurred; its segment grows.
     Triggered,
-    /// All segments that were asked for are there.
+    /// All requested segments are complete.
     Complete,
 }
 
-/// Keeps what happens around a trigger: the asked for ticks before it, its own, and those after it.
+/// Stores the rows around a trigger: the requested ticks before it, its own, and those after it.
 ///
-/// Segments never share a row: the history begins anew after each. The history is kept at full rate, so that a
-/// decimated segment is even and has its trigger exactly on a row.
+/// Segments never share a row: the history restarts after each. The history is stored at full rate, so that a decimated
+/// segment is even and has its trigger exactly on a row.
 #[derive(Clone, Debug)]
 pub struct Capture {
     plan: Plan,
@@ -38,26 +38,26 @@ pub struct Capture {
     auto: Option<u64>,
     history: History,
     /// First cycle that the next segment may have; `None` before the first row.
-    seen: Option<u64>,
+    first: Option<u64>,
     /// Newest cycle.
     last: u64,
-    /// An event that awaits its delay: cycle, rows lost right before it.
+    /// An event that waits for its delay: cycle, rows lost immediately before it.
     event: Option<(u64, u64)>,
-    /// From here on there may be an event again.
+    /// First cycle after the hold-off.
     quiet_until: u64,
     growing: Option<Segment>,
     segments: VecDeque<Segment>,
-    /// Segments that were begun.
+    /// Number of started segments.
     begun: usize,
-    /// But for the rows in the history.
+    /// Without the rows in the history.
     account: Account,
 }
 
 impl Capture {
-    /// Armed from the first row on. The trigger knows signals by the `names` of a row's values.
+    /// A capture that is armed from the first row. `names` are those of a row's values.
     ///
     /// # Errors
-    /// A plan that keeps nothing or takes more than `limit` bytes, a trigger that makes no sense on these signals.
+    /// A plan that stores nothing or requires more than `limit` bytes, a trigger that is not valid for these signals.
     pub fn new(plan: Plan, trigger: &Trigger, names: &[impl AsRef<str>], limit: usize) -> Result<Self, Error> {
         plan.check(limit)?;
         Ok(Capture {
@@ -66,7 +66,7 @@ impl Capture {
             hold_off: trigger.hold_off,
             auto: trigger.auto,
             history: History::new(plan.before as usize, plan.signals.len()),
-            seen: None,
+            first: None,
             last: 0,
             event: None,
             quiet_until: 0,
@@ -78,12 +78,12 @@ impl Capture {
         })
     }
 
-    /// What it keeps.
+    /// Its plan.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// How far it is.
+    /// Its progress.
     pub fn stage(&self) -> Stage {
         if self.growing.is_some() {
             Stage::Triggered
@@ -91,14 +91,14 @@ impl Capture {
             Stage::Complete
         } else if self.event.is_some() {
             Stage::Delayed
-        } else if self.seen.is_some_and(|seen| self.last + 1 >= seen.saturating_add(self.plan.before)) {
+        } else if self.first.is_some_and(|first| self.last + 1 >= first.saturating_add(self.plan.before)) {
             Stage::Armed
         } else {
             Stage::Filling
         }
     }
 
-    /// The segment that grows.
+    /// The growing segment.
     pub fn growing(&self) -> Option<&Segment> {
         self.growing.as_ref()
     }
@@ -108,7 +108,7 @@ impl Capture {
         self.segments.iter()
     }
 
-    /// Hands out the oldest finished segment.
+    /// Takes the oldest finished segment.
     pub fn take(&mut self) -> Option<Segment> {
         self.segments.pop_front()
     }
@@ -117,27 +117,27 @@ impl Capture {
         matches!(self.plan.keep, Keep::First(segments) if self.begun >= segments) && self.growing.is_none()
     }
 
-    /// A row while the trigger is awaited.
+    /// A row before the trigger.
     fn await_trigger(&mut self, row: &Row<'_>, event: bool) {
         let cycle = row.cycle();
-        let seen = *self.seen.get_or_insert(cycle - row.lost());
+        let first = *self.first.get_or_insert(cycle - row.lost());
         if event && self.event.is_none() && cycle >= self.quiet_until {
             self.event = Some((cycle, row.lost()));
             self.quiet_until = cycle.saturating_add(self.hold_off).saturating_add(1);
         }
-        let due = self.event.is_some_and(|(event, _)| cycle >= event.saturating_add(self.delay));
-        let by_itself = self.event.is_none() && self.auto.is_some_and(|ticks| cycle - seen >= ticks);
-        if due || by_itself {
-            self.begin(cycle, seen);
+        let delay_is_over = self.event.is_some_and(|(event, _)| cycle >= event.saturating_add(self.delay));
+        let automatic = self.event.is_none() && self.auto.is_some_and(|ticks| cycle - first >= ticks);
+        if delay_is_over || automatic {
+            self.begin(cycle, first);
             self.grow(row);
         } else if self.history.push(cycle, self.plan.signals.iter().map(|&signal| row.values()[signal])) {
             self.account.discarded += 1;
         }
     }
 
-    /// The trigger has come: the history becomes the begin of a segment.
-    fn begin(&mut self, trigger: u64, seen: u64) {
-        let mut segment = Segment::new(&self.plan, trigger, seen, self.event.take());
+    /// At the trigger, the history becomes the start of a segment.
+    fn begin(&mut self, trigger: u64, first: u64) {
+        let mut segment = Segment::new(&self.plan, trigger, first, self.event.take());
         for (cycle, values) in self.history.iter() {
             let keeps = cycle >= segment.from && segment.push(cycle, trigger - cycle, values.iter().copied());
             *(if keeps { &mut self.account.stored } else { &mut self.account.discarded }) += 1;
@@ -148,7 +148,7 @@ impl Capture {
         self.begun += 1;
     }
 
-    /// A row of the segment that grows, from its trigger on.
+    /// A row of the growing segment, from its trigger.
     fn grow(&mut self, row: &Row<'_>) {
         let Some(segment) = &mut self.growing else { return };
         let cycle = row.cycle();
@@ -160,11 +160,11 @@ impl Capture {
         }
     }
 
-    /// The segment that grows has all that it will get.
+    /// Completes the growing segment.
     fn finish(&mut self) {
         let Some(mut segment) = self.growing.take() else { return };
         segment.expect(segment.to + 1);
-        self.seen = Some(segment.to + 1);
+        self.first = Some(segment.to + 1);
         self.segments.push_back(segment);
         if let Keep::Latest(segments) = self.plan.keep
             && self.segments.len() > segments
@@ -184,7 +184,7 @@ impl Sink for Capture {
     fn push(&mut self, row: Row<'_>) {
         self.account.arrive(&row);
         self.last = row.cycle();
-        // It sees each row: an edge while a segment grows is over when the next one is awaited.
+        // The detector gets each row: an edge while a segment grows is not an event of the next one.
         let event = self.detector.sees(&row);
         if self.growing.as_ref().is_some_and(|segment| row.cycle() > segment.to) {
             self.finish();

@@ -1,6 +1,7 @@
-//! MAT files of level 5, compressed, as MATLAB writes them with -v7: a column a signal, the units in a struct `units`.
+//! MAT files of level 5, compressed, as MATLAB writes them with -v7: one column per signal, the units in a struct
+//! `units`.
 //!
-//! [`super::super::mat`] reads them and says how they are made.
+//! [`super::super::mat`] reads them and describes the format.
 
 use std::io::{self, Write as _};
 
@@ -10,9 +11,9 @@ use flate2::write::ZlibEncoder;
 use super::{Out, Sink};
 use crate::mdf::Channel;
 
-/// Longest name that MATLAB knows.
+/// Longest name in MATLAB.
 const LONGEST: usize = 63;
-/// What a variable may hold [bytes]: its length has 32 bits.
+/// Largest variable [bytes]: its length has 32 bits.
 const LARGEST: usize = i32::MAX as usize;
 
 const INT8: u32 = 1;
@@ -26,7 +27,7 @@ const CLASS_STRUCT: u32 = 2;
 const CLASS_CHAR: u32 = 4;
 const CLASS_DOUBLE: u32 = 6;
 
-/// Columns, until they are complete.
+/// The collected columns.
 pub(super) struct Mat<'a> {
     out: Out<'a>,
     names: Vec<String>,
@@ -39,7 +40,7 @@ impl<'a> Mat<'a> {
         let mut names: Vec<String> = Vec::new();
         for channel in columns {
             let name = legal(&channel.name);
-            // Cut or rewritten, two may have become one.
+            // Shortened names may be equal.
             let mut candidate = name.clone();
             let mut number = 1;
             while candidate == "units" || names.contains(&candidate) {
@@ -81,7 +82,7 @@ impl Sink for Mat<'_> {
 }
 
 impl Mat<'_> {
-    /// The struct of the units, a field a signal.
+    /// The struct of the units, one field per signal.
     fn units(&self) -> Vec<u8> {
         const FIELD: usize = LONGEST + 1;
         let mut names = vec![0; FIELD * self.names.len()];
@@ -127,7 +128,7 @@ fn compressed(out: Out, body: &[u8]) -> io::Result<()> {
     out.write_all(&zipped)
 }
 
-/// A name that MATLAB takes: letters, digits and underscores, a letter first.
+/// A valid name in MATLAB: letters, digits and underscores, a letter first.
 fn legal(name: &str) -> String {
     let letters = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });
     let letters: String = letters.take(LONGEST).collect();

@@ -1,4 +1,4 @@
-//! MCAP, what robotics tools show (Foxglove, PlotJuggler): a message of JSON a row, its fields described by a schema.
+//! MCAP, for robotics tools (Foxglove, PlotJuggler): a JSON message per row, with a schema of its fields.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -17,7 +17,7 @@ pub(super) struct Mcap<'a> {
     writer: Writer<NoSeek<Out<'a>>>,
     channel: u16,
     names: Vec<String>,
-    /// When the run began [ns since 1970].
+    /// Start of the run [ns since 1970].
     start: u64,
     row: u32,
     message: Vec<u8>,
@@ -48,7 +48,7 @@ impl<'a> Mcap<'a> {
 
 impl Sink for Mcap<'_> {
     fn row(&mut self, row: &[f64]) -> io::Result<()> {
-        // What is no number is null.
+        // Non-finite numbers are null.
         let message: Map<String, Value> =
             self.names.iter().cloned().zip(row.iter().map(|value| json!(value))).collect();
         self.message.clear();

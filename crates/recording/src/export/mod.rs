@@ -1,7 +1,7 @@
-//! A recorded run as the file that another tool wants: CSV, Parquet, MAT, MCAP.
+//! Export of a recorded run for other tools: CSV, Parquet, MAT, MCAP.
 //!
-//! Rows go through one after the other, so that a run may be longer than the memory holds; only a MAT file, whose
-//! variables are columns, is collected. A file is written wholly or not at all.
+//! Rows are written one after the other, so that a run may be larger than the memory; only a MAT file, whose variables
+//! are columns, is collected in memory. A file is written completely or not at all.
 
 mod mat;
 mod mcap;
@@ -17,40 +17,40 @@ use super::unreadable;
 use stickslip_base::parameters::schema::nearest;
 use stickslip_base::{Error, Watch, output};
 
-/// What of a run is exported.
+/// The exported part of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// Names of the signals besides `time`; none: all.
+    /// Names of the signals in addition to `time`; empty for all.
     pub signals: Vec<String>,
-    /// From which time on, and until before which [s].
+    /// Start of the part [s], inclusive.
     pub from: f64,
-    /// End.
+    /// End of the part [s], exclusive.
     pub until: f64,
-    /// Of so many rows one.
+    /// One of this number of rows.
     pub every: u64,
 }
 
 impl Default for Part {
-    /// All of it.
+    /// The whole run.
     fn default() -> Self {
         Part { signals: Vec::new(), from: f64::NEG_INFINITY, until: f64::INFINITY, every: 1 }
     }
 }
 
-/// What an export came to.
+/// Result of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Exported {
-    /// Rows that were written.
+    /// Number of written rows.
     pub rows: u64,
-    /// Columns, `time` among them.
+    /// Number of columns, including `time`.
     pub columns: usize,
 }
 
-/// Where rows go.
+/// Destination of rows.
 trait Sink {
     /// One row, `time` first.
     fn row(&mut self, row: &[f64]) -> io::Result<()>;
-    /// There is none behind.
+    /// Ends the file.
     fn finish(self: Box<Self>) -> io::Result<()>;
 }
 
@@ -58,13 +58,13 @@ trait Sink {
 pub const KINDS: [&str; 4] = ["csv", "parquet", "mat", "mcap"];
 /// Name of the master channel.
 const TIME: &str = "time";
-/// Rows between two looks at whoever cancels.
+/// Rows between two checks for cancellation.
 const LOOK: u64 = 16_384;
 
-/// Nothing, for an end of a file's name that is of a kind there is.
+/// Checks that the ending of a file's name is a known kind.
 ///
 /// # Errors
-/// [`Error::Unknown`] with those that there are.
+/// [`Error::Unknown`] with the known kinds.
 pub fn known(kind: &str) -> Result<(), Error> {
     if KINDS.contains(&kind) { Ok(()) } else { Err(unknown(kind.to_owned())) }
 }
@@ -74,10 +74,10 @@ fn unknown(name: String) -> Error {
     Error::Unknown { what: "kind of file", name, remedy }
 }
 
-/// Exports a part of the run in the MDF file `from`; what the file `to` is, its name says.
+/// Exports a part of the run in the MDF file `from`; the ending of `to` selects the kind of file.
 ///
 /// # Errors
-/// A file that cannot be read or written, or is of no known kind; a signal that there is not; [`Error::Cancelled`].
+/// A file that cannot be read or written, or is of no known kind; an unknown signal; [`Error::Cancelled`].
 pub fn export(from: &Path, to: &Path, part: &Part, watch: &Watch) -> Result<Exported, Error> {
     let kind = to.extension().and_then(|kind| kind.to_str()).unwrap_or_default().to_ascii_lowercase();
     if known(&kind).is_err() {
@@ -100,7 +100,7 @@ pub fn export(from: &Path, to: &Path, part: &Part, watch: &Watch) -> Result<Expo
             sink.row(row)
         });
         if ended.is_err() {
-            // Nothing half-written: the reason is told below.
+            // Nothing is written; the reason is returned below.
             return Err(io::ErrorKind::Interrupted.into());
         }
         sink.finish()
@@ -109,7 +109,7 @@ pub fn export(from: &Path, to: &Path, part: &Part, watch: &Watch) -> Result<Expo
     Ok(exported)
 }
 
-/// Calls with each row of a part.
+/// Calls `take` with each row of a part.
 fn each(
     file: &Opened,
     names: &[&str],
@@ -142,9 +142,8 @@ fn each(
 fn columns<'a>(file: &'a Opened, path: &Path, signals: &[String]) -> Result<Vec<&'a Channel>, Error> {
     let known: Vec<&Channel> = file.channels().collect();
     let find = |name: &str| known.iter().find(|channel| channel.name == name).copied();
-    let time = find(TIME).ok_or_else(|| {
-        unreadable(path, "it has no channel `time`", "Take the run.mf4 that a command of stickslip left.")
-    })?;
+    let time = find(TIME)
+        .ok_or_else(|| unreadable(path, "it has no channel `time`", "Use the run.mf4 of a stickslip command."))?;
     let others = if signals.is_empty() {
         known.iter().filter(|channel| channel.name != TIME).copied().collect()
     } else {
@@ -163,10 +162,10 @@ fn columns<'a>(file: &'a Opened, path: &Path, signals: &[String]) -> Result<Vec<
     Ok([time].into_iter().chain(others).collect())
 }
 
-/// What may stand in a file for people: name and unit.
+/// Heading of a column: name and unit.
 fn head(channel: &Channel) -> String {
     if channel.unit.is_empty() { channel.name.clone() } else { format!("{} [{}]", channel.name, channel.unit) }
 }
 
-/// The writer of a file, wherever it goes.
+/// A writer to any destination.
 type Out<'a> = &'a mut (dyn Write + Send);

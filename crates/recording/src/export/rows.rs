@@ -1,4 +1,4 @@
-//! CSV and Parquet: rows as they come.
+//! CSV and Parquet: rows in their order.
 
 use std::io;
 
@@ -36,7 +36,7 @@ impl Sink for Csv<'_> {
     }
 }
 
-/// Units as metadata, as all tables of the program have them.
+/// Units as metadata, as in all tables of the program.
 pub(super) struct Parquet<'a> {
     file: ParquetFile<Out<'a>>,
     columns: Vec<Vec<f64>>,

@@ -40,7 +40,7 @@ fn exported(kind: &str, part: &Part) -> (Exported, tempfile::TempDir, std::path:
 }
 
 #[test]
-fn what_the_program_reads_comes_back_to_the_bit() {
+fn exported_files_read_back_to_the_bit() {
     for (kind, names) in [
         ("csv", ["software.Ω", "torque", "units"]),
         ("parquet", ["software.Ω", "torque", "units"]),
@@ -50,10 +50,7 @@ fn what_the_program_reads_comes_back_to_the_bit() {
         assert_eq!(all, Exported { rows: ROWS, columns: 5 }, "{kind}");
         let read = Recording::read(&path).unwrap();
         let nan = read.column(names[2]).unwrap_err();
-        assert!(
-            matches!(nan.of(), Some(RecordingError::BadCell { line, .. }) if *line >= 5),
-            "no number stays none: {nan}"
-        );
+        assert!(matches!(nan.of(), Some(RecordingError::BadCell { line, .. }) if *line >= 5), "NaN stays NaN: {nan}");
         for (place, name) in names[..2].iter().enumerate() {
             let column = read.column(name).unwrap();
             assert_eq!(column.values.len() as u64, ROWS, "{kind} {name}");
@@ -82,13 +79,13 @@ fn an_mcap_has_a_message_a_row_with_its_time_and_units() {
     assert_eq!(messages.len(), 3);
     let second: serde_json::Value = serde_json::from_slice(&messages[1].data).unwrap();
     assert_eq!(second["torque"].as_f64(), Some(values(5)[1]));
-    assert!(second["units"].is_null(), "no number: {second}");
+    assert!(second["units"].is_null(), "NaN: {second}");
     assert_eq!(messages[1].log_time, 1_700_000_000_005_000_000);
     assert_eq!(messages[1].channel.metadata["unit.torque"], "N m");
 }
 
 #[test]
-fn a_part_is_what_was_asked_for() {
+fn a_part_is_as_requested() {
     let part = Part { signals: vec!["torque".into()], from: 1.0, until: 2.0, every: 10 };
     let (some, _folder, path) = exported("csv", &part);
     assert_eq!(some, Exported { rows: 100, columns: 2 });
@@ -97,7 +94,7 @@ fn a_part_is_what_was_asked_for() {
 }
 
 #[test]
-fn what_cannot_be_exported_is_named_and_leaves_no_file() {
+fn a_failed_export_is_reported_and_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let from = run(folder.path());
     let refused = |name: &str, part: &Part| {

@@ -2,17 +2,17 @@
 
 use super::Fault;
 
-/// What a file begins with once it is finished.
+/// First bytes of a finished file.
 pub(super) const FINISHED: &[u8; 8] = b"MDF     ";
-/// What it begins with before.
+/// First bytes of an unfinished file.
 pub(super) const UNFINISHED: &[u8; 8] = b"UnFinMF ";
-/// Version of the format and program; what we append to, and what we may recover, has them.
+/// Version of the format and program; files with others are not appended to or recovered.
 pub(super) const OURS: &[u8; 16] = b"4.10    stckslip";
-/// Where the flags of an unfinalised file stand, two bytes.
+/// Place of the flags of an unfinalised file, two bytes.
 pub(super) const FLAGS: u64 = 60;
 /// "The number of cycles is still to be counted": the links are always right.
 pub(super) const UNCOUNTED: u16 = 1;
-/// Length of the identification; the header stands behind it.
+/// Length of the identification; the header follows.
 pub(super) const IDENTIFICATION: u64 = 64;
 /// Name, length, number of links.
 pub(super) const HEAD: u64 = 24;
@@ -20,28 +20,28 @@ pub(super) const HEAD: u64 = 24;
 pub(super) const HEADER_LIST: u64 = HEAD + 16;
 /// Length of a data list of one block.
 pub(super) const DATA_LIST: u64 = HEAD + 32;
-/// Where the offset of its rows stands in that.
+/// Place of the offset of its rows in it.
 pub(super) const OFFSET: u64 = HEAD + 24;
-/// Where the data of a compressed block begin in it.
+/// Start of the data in a compressed block.
 pub(super) const ZIPPED: u64 = HEAD + 24;
 /// Bytes of a row before the values: time and cycle.
 pub(super) const ROW_HEAD: usize = 16;
-/// Where the number of cycles stands in a channel group.
+/// Place of the number of cycles in a channel group.
 pub(super) const CYCLES: u64 = HEAD + 6 * 8 + 8;
 
-/// Where link number `index` of the block at `address` stands.
+/// Place of link number `index` of the block at `address`.
 pub(super) const fn link_place(address: u64, index: u64) -> u64 {
     address + HEAD + 8 * index
 }
 
-/// Blocks that are to be written at an address.
+/// Blocks to be written at an address.
 pub(super) struct Blocks {
     start: u64,
     pub(super) bytes: Vec<u8>,
 }
 
 impl Blocks {
-    /// None yet.
+    /// No blocks yet.
     pub(super) fn at(start: u64) -> Self {
         Blocks { start, bytes: Vec::new() }
     }
@@ -52,12 +52,12 @@ impl Blocks {
         self.bytes.clear();
     }
 
-    /// Where the next block will stand.
+    /// Address of the next block.
     pub(super) fn end(&self) -> u64 {
         self.start + self.bytes.len() as u64
     }
 
-    /// Appends a block, its data in parts; gives its address.
+    /// Appends a block, its data in parts; returns its address.
     pub(super) fn push(&mut self, name: &[u8; 2], links: &[u64], data: &[&[u8]]) -> u64 {
         let address = self.end();
         let length = HEAD + 8 * links.len() as u64 + data.iter().map(|part| part.len() as u64).sum::<u64>();
@@ -70,7 +70,7 @@ impl Blocks {
         address
     }
 
-    /// Appends a text, with `MD` an XML one; 0, which is no link, for an empty one.
+    /// Appends a text, with `MD` an XML one; returns 0, a missing link, for an empty one.
     pub(super) fn text(&mut self, name: &[u8; 2], text: &str) -> u64 {
         if text.is_empty() {
             return 0;
@@ -81,27 +81,27 @@ impl Blocks {
         self.push(name, &[], &[text.as_bytes(), zeros])
     }
 
-    /// Sets a link of a block that is among these.
+    /// Sets a link of one of these blocks.
     pub(super) fn set_link(&mut self, address: u64, index: u64, target: u64) {
         let place = (link_place(address, index) - self.start) as usize;
         self.bytes[place..place + 8].copy_from_slice(&target.to_le_bytes());
     }
 }
 
-/// A block as it stands in a file.
+/// A block in a file.
 #[derive(Clone, Copy)]
 pub(super) struct Block<'a> {
     pub(super) name: [u8; 2],
-    /// Of the whole block.
+    /// Length of the whole block.
     pub(super) length: u64,
     links: &'a [u8],
     pub(super) data: &'a [u8],
 }
 
 impl<'a> Block<'a> {
-    /// The block at an address, wherever a link may point.
+    /// The block at any address of a link.
     pub(super) fn at(file: &'a [u8], address: u64) -> Result<Self, Fault> {
-        let found = || {
+        let block = || {
             let bytes = file.get(usize::try_from(address).ok()?..)?;
             let length = number(bytes, 8).map(u64::from_le_bytes)?;
             let block = bytes.get(..usize::try_from(length).ok()?)?;
@@ -110,9 +110,9 @@ impl<'a> Block<'a> {
             let (links, data) = block.get(HEAD as usize..)?.split_at_checked(usize::try_from(links).ok()?)?;
             Some(Block { name: [first, second], length, links, data })
         };
-        found().ok_or_else(|| {
-            let fault = format!("there is no whole block at {address}, where one should be, of {} bytes", file.len());
-            Fault::new(fault, "The file was cut or damaged: copy it again.")
+        block().ok_or_else(|| {
+            let fault = format!("no complete block at address {address} in {} bytes", file.len());
+            Fault::new(fault, "The file is cut off or damaged: copy it again.")
         })
     }
 
@@ -125,12 +125,12 @@ impl<'a> Block<'a> {
             .ok_or_else(|| damaged(&format!("the block at {address} is {}, not {}", text(&block.name), text(name))))
     }
 
-    /// A link; 0 where there is none.
+    /// A link; 0 if there is none.
     pub(super) fn link(&self, index: usize) -> u64 {
         number(self.links, 8 * index).map_or(0, u64::from_le_bytes)
     }
 
-    /// How many links there are.
+    /// Number of links.
     pub(super) fn links(&self) -> usize {
         self.links.len() / 8
     }
@@ -165,12 +165,12 @@ impl<'a> Block<'a> {
     }
 }
 
-/// The fault of a file that contradicts itself.
+/// The fault of an inconsistent file.
 pub(super) fn damaged(fault: &str) -> Fault {
     Fault::new(fault, "The file is damaged: copy it again, or export it once more.")
 }
 
-/// Some bytes at a place, where there are any.
+/// Some bytes at a place, if they exist.
 pub(super) fn number<const N: usize>(bytes: &[u8], place: usize) -> Option<[u8; N]> {
     bytes.get(place..)?.first_chunk().copied()
 }

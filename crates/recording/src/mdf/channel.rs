@@ -1,4 +1,4 @@
-//! Numbers of a channel: where they lie in a record, how they are stored, what they mean.
+//! Numbers of a channel: their place in a record, storage and conversion.
 
 use super::Fault;
 use super::block::{Block, damaged};
@@ -6,7 +6,7 @@ use super::block::{Block, damaged};
 /// How the numbers of a channel are stored.
 pub(super) struct Layout {
     source: Source,
-    /// Bit of the record that says that a number is none.
+    /// Bit of the record that marks an invalid number.
     invalid: Option<usize>,
     conversion: Conversion,
 }
@@ -15,7 +15,7 @@ enum Source {
     /// The number of the row, counted from 0.
     Row,
     Field(Field),
-    /// All values are declared as none.
+    /// All values are declared invalid.
     Nothing,
 }
 
@@ -23,7 +23,7 @@ enum Source {
 struct Field {
     /// First byte.
     start: usize,
-    /// Bytes that the bits touch.
+    /// Number of bytes with these bits.
     bytes: usize,
     shift: u32,
     bits: u32,
@@ -43,12 +43,12 @@ enum Conversion {
     Linear([f64; 2]),
     /// (P1·x² + P2·x + P3) / (P4·x² + P5·x + P6)
     Rational([f64; 6]),
-    /// One that is not known, as a text.
+    /// An unknown conversion, as a text.
     Unknown(String),
 }
 
 impl Layout {
-    /// Of a channel and its conversion, in records of `length` bytes of data; none if it holds no numbers.
+    /// The numbers of a channel and its conversion, in records of `length` bytes of data; `None` if it has no numbers.
     pub(super) fn of(channel: Block, conversion: Option<Block>, length: usize) -> Result<Option<Self>, Fault> {
         let Some(conversion) = conversion.map_or(Ok(Some(Conversion::None)), Conversion::of)? else { return Ok(None) };
         const ALL_INVALID: u32 = 1;
@@ -59,7 +59,7 @@ impl Layout {
             _ if flags & ALL_INVALID != 0 => Source::Nothing,
             // A virtual master, or another channel that follows from the row.
             3 | 6 => Source::Row,
-            // Values, the master, and what stands for the time of another file. Arrays and structures have parts.
+            // Values, the master, and the synchronisation with another file. Arrays and structures have parts.
             0 | 2 | 4 if channel.link(1) == 0 => {
                 let (kind, big_endian) = match channel.byte(2)? {
                     0 => (Kind::Unsigned, false),
@@ -81,7 +81,7 @@ impl Layout {
                 }
                 let bytes = (shift + bits).div_ceil(8) as usize;
                 if start.checked_add(bytes).is_none_or(|end| end > length) {
-                    return Err(damaged(&format!("a channel at byte {start} lies outside its record of {length}")));
+                    return Err(damaged(&format!("a channel at byte {start} is outside its record of {length}")));
                 }
                 Source::Field(Field { start, bytes, shift, bits, big_endian, kind })
             }
@@ -90,7 +90,7 @@ impl Layout {
         Ok(Some(Layout { source, invalid, conversion }))
     }
 
-    /// Why the values cannot be had.
+    /// The reason why the values are not available.
     pub(super) fn fault(&self) -> Option<String> {
         match &self.conversion {
             Conversion::Unknown(fault) => Some(fault.clone()),
@@ -138,7 +138,7 @@ impl Field {
 }
 
 impl Conversion {
-    /// None if it makes texts of the numbers.
+    /// `None` if it converts numbers to texts.
     fn of(block: Block) -> Result<Option<Self>, Fault> {
         let parameter = |index: usize| block.float(24 + 8 * index);
         Ok(Some(match block.byte(0)? {

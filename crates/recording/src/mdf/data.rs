@@ -8,21 +8,22 @@ use flate2::{Compress, FlushCompress, Status};
 use super::Fault;
 use super::block::{Block, HEAD, ZIPPED, damaged};
 
-/// What chains of blocks may still have of a file: in a sound one no byte belongs to two, and no chain to itself.
+/// Remaining bytes of a file for chains of blocks: in a valid file no byte belongs to two blocks, and no chain is a
+/// circle.
 pub(super) struct Budget {
-    left: u64,
+    remaining: u64,
 }
 
 impl Budget {
     /// All bytes of the file.
     pub(super) fn of(file: &[u8]) -> Self {
-        Budget { left: file.len() as u64 }
+        Budget { remaining: file.len() as u64 }
     }
 
-    /// Takes a block of a chain.
+    /// Counts a block of a chain.
     pub(super) fn spend(&mut self, block: Block) -> Result<(), Fault> {
-        let left = self.left.checked_sub(block.length);
-        self.left = left.ok_or_else(|| damaged("its blocks are linked in a circle"))?;
+        let remaining = self.remaining.checked_sub(block.length);
+        self.remaining = remaining.ok_or_else(|| damaged("its blocks are linked in a circle"))?;
         Ok(())
     }
 }
@@ -31,19 +32,19 @@ impl Budget {
 pub(super) struct Records<'a> {
     file: &'a [u8],
     budget: Budget,
-    /// Links of the list that is gone through, the next one last.
+    /// Links of the current list, the next one last.
     links: Vec<u64>,
-    /// What follows: a list, the head of one, or a single block; 0 where nothing does.
+    /// The next element: a list, the head of one, or a single block; 0 at the end.
     next: u64,
 }
 
 impl<'a> Records<'a> {
-    /// Those behind this link.
+    /// The blocks of this link.
     pub(super) fn behind(file: &'a [u8], link: u64) -> Self {
         Records { file, budget: Budget::of(file), links: Vec::new(), next: link }
     }
 
-    /// Appends the next block's records; whether there was one.
+    /// Appends the next block's records; returns whether there was one.
     pub(super) fn append_next(&mut self, bytes: &mut Vec<u8>) -> Result<bool, Fault> {
         loop {
             if let Some(link) = self.links.pop() {
@@ -77,7 +78,7 @@ fn append(block: Block, bytes: &mut Vec<u8>, budget: &mut Budget) -> Result<(), 
         b"DT" => bytes.extend(block.data),
         b"DZ" => unzip(block, bytes)?,
         name => {
-            let fault = format!("its records lie in blocks of the kind {}", String::from_utf8_lossy(name));
+            let fault = format!("its records are in blocks of the kind {}", String::from_utf8_lossy(name));
             return Err(Fault::new(fault, "Save it as MDF 4.10, rows sorted: with asammdf, MDF(…).save(…)."));
         }
     }
@@ -97,15 +98,15 @@ fn unzip(block: Block, bytes: &mut Vec<u8>) -> Result<(), Fault> {
         bytes.extend(plain);
         return Ok(());
     }
-    // What does not fill a row stands behind the others as it is.
-    let (whole, rest) = plain.split_at(rows * columns);
+    // Bytes that do not fill a row follow unchanged.
+    let (complete, remainder) = plain.split_at(rows * columns);
     let start = bytes.len();
-    bytes.resize(start + whole.len(), 0);
-    for (place, column) in whole.chunks_exact(rows).enumerate() {
+    bytes.resize(start + complete.len(), 0);
+    for (place, column) in complete.chunks_exact(rows).enumerate() {
         let places = bytes[start + place..].iter_mut().step_by(columns);
         places.zip(column).for_each(|(place, byte)| *place = *byte);
     }
-    bytes.extend(rest);
+    bytes.extend(remainder);
     Ok(())
 }
 
@@ -120,24 +121,24 @@ pub(super) fn transpose(rows: &[u8], length: usize, columns: &mut Vec<u8>) {
     }
 }
 
-/// Compresses into memory that is there already.
+/// Compresses into existing memory.
 pub(super) fn deflate(deflate: &mut Compress, plain: &[u8], zipped: &mut Vec<u8>) {
     zipped.clear();
     deflate.reset();
     loop {
-        // What does not compress grows by a few bytes in 16 kB.
+        // Incompressible data grow by a few bytes per 16 kB.
         zipped.reserve(plain.len() / 1024 + 64);
-        let taken = deflate.total_in() as usize;
-        let status = deflate.compress_vec(&plain[taken..], zipped, FlushCompress::Finish);
+        let consumed = deflate.total_in() as usize;
+        let status = deflate.compress_vec(&plain[consumed..], zipped, FlushCompress::Finish);
         if status.expect("deflate takes all bytes") == Status::StreamEnd {
             return;
         }
     }
 }
 
-/// The first `length` of the bytes, decompressed; they must give `size` bytes, and no more memory is taken.
+/// The first `length` of the bytes, decompressed; they must give `size` bytes, which is the largest allocation.
 pub(super) fn inflate(bytes: &[u8], length: u64, size: u64) -> Result<Vec<u8>, Fault> {
-    let wrong = || damaged("a compressed block does not hold what it says, or its checksum is wrong");
+    let wrong = || damaged("a compressed block has a wrong length or checksum");
     let zipped = usize::try_from(length).ok().and_then(|length| bytes.get(..length)).ok_or_else(wrong)?;
     let mut plain = Vec::new();
     let mut decoder = ZlibDecoder::new(zipped).take(size.saturating_add(1));

@@ -1,4 +1,4 @@
-//! What stands in a file before the first row.
+//! The head of a file, before the first row.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -6,7 +6,7 @@ use super::block::{Blocks, OURS, ROW_HEAD, UNCOUNTED, UNFINISHED, link_place};
 use super::{Channel, Header};
 use stickslip_base::figure::symbol::escape;
 
-/// All that stands before the first row; with the channel group, and the place of the link to the data.
+/// The head of a file, the channel group, and the place of the link to the data.
 pub(super) fn head(header: &Header, channels: &[Channel]) -> (Blocks, u64, u64) {
     const UTC: [u8; 4] = [2, 0, 0, 0];
     let mut blocks = Blocks::at(0);
@@ -21,7 +21,7 @@ pub(super) fn head(header: &Header, channels: &[Channel]) -> (Blocks, u64, u64) 
     let first = channels_of_a_row(&mut blocks, channels);
     let name = blocks.text(b"TX", "bench");
     let cg = blocks.push(b"CG", &[0, first, name, 0, 0, 0], &[&[0; 24], &length.to_le_bytes(), &[0; 4]]);
-    // The last block of the head: where it is whole, all of it is.
+    // The last block of the head: if it is complete, the head is.
     let dg = blocks.push(b"DG", &[0, cg, 0, 0], &[&[0; 8]]);
     for (index, target) in [(0, dg), (1, fh), (5, comment)] {
         blocks.set_link(hd, index, target);
@@ -29,9 +29,9 @@ pub(super) fn head(header: &Header, channels: &[Channel]) -> (Blocks, u64, u64) 
     (blocks, cg, link_place(dg, 2))
 }
 
-/// Appends time, cycle and the channels; gives the first.
+/// Appends time, cycle and the channels; returns the first.
 fn channels_of_a_row(blocks: &mut Blocks, channels: &[Channel]) -> u64 {
-    // Kind of channel, what it is a master of, kind of number, first bit.
+    // Kind of channel, synchronisation, kind of number, first bit.
     const TIME: [u8; 4] = [2, 1, 4, 0];
     const COUNTER: [u8; 4] = [0, 0, 0, 0];
     const VALUE: [u8; 4] = [0, 0, 4, 0];
@@ -54,7 +54,7 @@ fn channels_of_a_row(blocks: &mut Blocks, channels: &[Channel]) -> u64 {
     next
 }
 
-/// Since 1970, UTC [ns]; 0 for what was before.
+/// Since 1970, UTC [ns]; 0 for earlier times.
 fn nanoseconds(time: SystemTime) -> u64 {
     time.duration_since(UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(u64::MAX))
 }
@@ -79,7 +79,7 @@ fn comment(header: &Header) -> String {
 
 const NAMESPACE: &str = "http://www.asam.net/mdf/v4";
 
-/// Without the control characters that XML has no way to write; line ends as references, which no reader changes.
+/// Without the control characters that XML cannot represent; line ends as references, which readers do not change.
 fn xml(text: &str) -> String {
     let printable =
         |letter: char| letter >= ' ' && !matches!(letter, '\u{fffe}' | '\u{ffff}') || "\t\n\r".contains(letter);

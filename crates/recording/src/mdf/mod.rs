@@ -1,9 +1,10 @@
-//! Recordings as MDF 4, the format of measurement tools: written while a bench runs, whole after any interruption.
+//! Recordings as MDF 4, the format of measurement tools: written while a bench runs, and recoverable after any
+//! interruption.
 //!
 //! A file is a tree of blocks, each a name of two letters, links (addresses in the file) and data:
 //!
 //! ```text
-//! ID  HD ─┬─ FH                which program wrote it
+//! ID  HD ─┬─ FH                program that wrote it
 //!         ├─ MD                comment and properties
 //!         ├─ DG ─┬─ CG ─ CN …  the channels: `time` [s], the master; `cycle`; those of the user, all 64 bits wide
 //!         │      └─ HL ─ DL ─ DZ, DL ─ DZ, …   the rows, compressed, a block at least each 0.1 s
@@ -11,12 +12,12 @@
 //!         └─ AT …              attached files
 //! ```
 //!
-//! The [`Writer`] only appends: what is new is written whole behind the end, then one link (8 bytes) is set to it.
-//! Until [`Writer::finish`] the file is marked as unfinalised. [`recover`] needs no link that was set later: it goes
-//! through the file from block to block, keeps what is whole (rows carry a checksum) and sets all links again.
+//! The [`Writer`] only appends: new blocks are written completely at the end, then one link (8 bytes) is set to them.
+//! Until [`Writer::finish`] the file is marked as unfinalised. [`recover`] requires no later link: it reads the file
+//! from block to block, keeps complete blocks (rows have a checksum) and sets all links again.
 //!
-//! Of others' files [`read`] takes rows of fixed length: sorted, compressed or not, numbers of any width and byte
-//! order, conversions that are linear or a quotient of polynomials. Texts and arrays are left out.
+//! From files of other programs [`read`] accepts rows of fixed length: sorted, compressed or not, numbers of any width
+//! and byte order, conversions that are linear or a quotient of polynomials. Texts and arrays are omitted.
 //!
 //! ASAM MDF 4.1.0, "Measurement Data Format", programmer's guide.
 
@@ -40,16 +41,16 @@ pub use writer::Writer;
 use super::{Column, Recording, unreadable};
 use stickslip_base::Error;
 
-/// What a recording says of itself as a whole.
+/// Description of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
-    /// When cycle 0 was, UTC, to the nanosecond.
+    /// Time of cycle 0, UTC, to the nanosecond.
     pub start: SystemTime,
-    /// Which program wrote it.
+    /// Name of the program that wrote it.
     pub program: String,
-    /// That program's version.
+    /// Version of the program.
     pub version: String,
-    /// In words.
+    /// Comment.
     pub comment: String,
     /// Names and values.
     pub properties: Vec<(String, String)>,
@@ -60,37 +61,37 @@ pub struct Header {
 pub struct Channel {
     /// Unique in its recording.
     pub name: String,
-    /// Empty where there is none.
+    /// Empty if there is none.
     pub unit: String,
-    /// In words.
+    /// Comment.
     pub comment: String,
 }
 
-/// Something that happened at a cycle.
+/// An event at a cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// In which cycle.
+    /// The cycle.
     pub cycle: u64,
-    /// In a few words.
+    /// Name of the event.
     pub name: String,
-    /// More of it, or empty.
+    /// Details, or empty.
     pub comment: String,
-    /// Who caused it.
+    /// Cause of the event.
     pub cause: Cause,
 }
 
-/// Who caused an event; the numbers are those of the file.
+/// Cause of an event; the numbers are those of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// None of those below.
+    /// Another cause.
     Other = 0,
-    /// Something went wrong.
+    /// An error.
     Error = 1,
-    /// The program by itself.
+    /// The program.
     Tool = 2,
-    /// A recipe.
+    /// A script.
     Script = 3,
-    /// A person.
+    /// A user.
     User = 4,
 }
 
@@ -99,68 +100,68 @@ pub enum Cause {
 pub struct Attachment {
     /// Its name.
     pub name: String,
-    /// What it is, as `application/toml`.
+    /// Media type, such as `application/toml`.
     pub mime: String,
     /// Its contents.
     pub bytes: Vec<u8>,
 }
 
-/// What stands in a file in the end.
+/// Totals of a finished file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Summary {
     /// Number of rows.
     pub rows: u64,
     /// Length of the file.
     pub bytes: u64,
-    /// Bytes of no whole block, which a recovery left aside.
+    /// Bytes of incomplete blocks, which a recovery ignored.
     pub discarded: u64,
 }
 
-/// A whole file.
+/// Contents of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contents {
-    /// Of the whole.
+    /// Description.
     pub header: Header,
-    /// Signals that were sampled together; a file of ours has one.
+    /// Groups of signals that were sampled together; a file of stickslip has one.
     pub groups: Vec<Group>,
-    /// With their times [s]. The cycle of an event that another program wrote is the base of its time.
+    /// Events with their times [s]. The cycle of an event of another program is the base of its time.
     pub events: Vec<(f64, Event)>,
-    /// Those that lie within the file.
+    /// Attachments within the file.
     pub attachments: Vec<Attachment>,
-    /// False where the writer did not come to its end: what it had written is here.
+    /// False if the writer was interrupted; the contents up to then are here.
     pub finished: bool,
 }
 
 /// Signals that were sampled together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// Or empty.
+    /// Name, or empty.
     pub name: String,
-    /// All of one length.
+    /// Signals of equal length.
     pub signals: Vec<Signal>,
 }
 
 /// A channel with its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
-    /// What it is.
+    /// The channel.
     pub channel: Channel,
-    /// One a row, in the channel's unit; NaN where the file says that there is none.
+    /// One value per row, in the channel's unit; NaN for invalid values.
     pub values: Vec<f64>,
-    /// Why all values are NaN, where a conversion is not known.
+    /// The reason why all values are NaN, for an unknown conversion.
     fault: Option<String>,
 }
 
-/// Reads a whole file; what was recorded also where the writer did not come to its end.
+/// Reads a whole file, also of an interrupted writer.
 ///
 /// # Errors
-/// A file that cannot be read, is damaged or cut, or is a kind of MDF that is not read.
+/// A file that cannot be read, is damaged or cut, or is an unsupported kind of MDF.
 pub fn read(path: &Path) -> Result<Contents, Error> {
     let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
     reader::contents(&bytes).map_err(|fault| fault.of(path))
 }
 
-/// A file whose rows are taken one after the other: of a long recording only the file itself, compressed, is in memory.
+/// A file with sequential access to its rows: only the compressed file is in memory.
 pub struct Opened {
     path: PathBuf,
     bytes: Vec<u8>,
@@ -169,47 +170,47 @@ pub struct Opened {
 }
 
 impl Opened {
-    /// Reads all but the rows; of a file whose writer did not come to its end what it had written.
+    /// Reads everything except the rows, also of an interrupted writer.
     ///
     /// # Errors
     /// As [`read`].
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
         let of = |fault: Fault| fault.of(path);
-        let (whole, finished) = reader::whole(&bytes).map_err(of)?;
-        if let Cow::Owned(repaired) = whole {
+        let (complete, finished) = reader::complete(&bytes).map_err(of)?;
+        if let Cow::Owned(repaired) = complete {
             bytes = repaired;
         }
         let (head, groups) = reader::head(&bytes, finished).map_err(of)?;
         Ok(Opened { path: path.to_owned(), bytes, head, groups })
     }
 
-    /// Where it lies.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// All but the groups.
+    /// Its contents without the groups.
     pub fn head(&self) -> &Contents {
         &self.head
     }
 
-    /// Channels of the first group that hold numbers.
+    /// Channels of the first group with numbers.
     pub fn channels(&self) -> impl Iterator<Item = &Channel> {
         self.groups.first().into_iter().flat_map(|group| group.channels.iter().map(|(channel, _)| channel))
     }
 
-    /// Rows of the first group.
+    /// Number of rows of the first group.
     pub fn len(&self) -> usize {
         self.groups.first().map_or(0, |group| group.rows)
     }
 
-    /// Whether there is none.
+    /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The values of the channels of these names in the first group, row after row; none where one is missing.
+    /// The values of the channels of these names in the first group, row by row; `None` if one is missing.
     pub fn rows(&self, names: &[&str]) -> Option<Rows<'_>> {
         let group = self.groups.first()?;
         let layout = |name: &&str| group.channels.iter().find(|(channel, _)| channel.name == *name);
@@ -228,7 +229,7 @@ pub struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// The next one; none behind the last.
+    /// The next row; `None` after the last.
     ///
     /// # Errors
     /// A file that is damaged or cut.
@@ -259,7 +260,7 @@ pub(super) fn table(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     Recording::from_table(path, signals.into_iter().map(column).collect())
 }
 
-/// What is wrong with a file, and what to do.
+/// A fault of a file with its remedy.
 #[derive(Debug, PartialEq)]
 struct Fault {
     fault: String,

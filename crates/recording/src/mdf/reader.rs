@@ -1,4 +1,4 @@
-//! Reading a file by its links, each of which may lead anywhere.
+//! Reading a file by its links, each of which may be invalid.
 
 use std::borrow::Cow;
 use std::time::{Duration, UNIX_EPOCH};
@@ -10,27 +10,27 @@ use super::channel::Layout;
 use super::data::{Budget, Records, inflate};
 use super::{Attachment, Cause, Channel, Contents, Event, Fault, Group, Header, Signal, recovery};
 
-/// Numbers of all signals together; what has more is no recording to be held in memory.
+/// Largest number of values of all signals together that is read into memory.
 const LARGEST: usize = 1 << 29;
-/// Bytes of a name or a unit.
+/// Largest size of a name or a unit [bytes].
 const LONGEST_NAME: usize = 4096;
 
-/// All that a file holds.
+/// The contents of a file.
 pub(super) fn contents(file: &[u8]) -> Result<Contents, Fault> {
-    let (whole, finished) = whole(file)?;
-    let mut file = File { bytes: &whole, budget: Budget::of(&whole) };
+    let (complete, finished) = complete(file)?;
+    let mut file = File { bytes: &complete, budget: Budget::of(&complete) };
     let (mut contents, groups) = file.head(finished)?;
-    contents.groups = groups.into_iter().map(|group| group.read(&whole)).collect::<Result<_, _>>()?;
+    contents.groups = groups.into_iter().map(|group| group.read(&complete)).collect::<Result<_, _>>()?;
     Ok(contents)
 }
 
-/// All but the values, and where those are.
+/// The contents without values, and the places of the values.
 pub(super) fn head(file: &[u8], finished: bool) -> Result<(Contents, Vec<Layouts>), Fault> {
     File { bytes: file, budget: Budget::of(file) }.head(finished)
 }
 
-/// The file, made whole where its writer did not come to its end; whether it came.
-pub(super) fn whole(file: &[u8]) -> Result<(Cow<'_, [u8]>, bool), Fault> {
+/// The file, repaired if its writer was interrupted; and whether it was finished.
+pub(super) fn complete(file: &[u8]) -> Result<(Cow<'_, [u8]>, bool), Fault> {
     let version = number(file, 28).map_or(0, u16::from_le_bytes);
     let flags = number(file, FLAGS as usize).map_or(0, u16::from_le_bytes);
     if flags == 0 && file.starts_with(FINISHED) && (300..400).contains(&version) {
@@ -40,12 +40,12 @@ pub(super) fn whole(file: &[u8]) -> Result<(Cow<'_, [u8]>, bool), Fault> {
     Ok((if finished { file.into() } else { recovery::repaired(file)?.into() }, finished))
 }
 
-/// Where the values of a group are.
+/// Places of the values of a group.
 pub(super) struct Layouts {
     name: String,
     pub(super) channels: Vec<(Channel, Layout)>,
     pub(super) rows: usize,
-    /// Of a record [bytes].
+    /// Length of a record [bytes].
     length: usize,
     data: u64,
 }
@@ -54,7 +54,7 @@ impl Layouts {
     /// Its rows, one after the other.
     pub(super) fn rows<'a>(&self, file: &'a [u8]) -> Rows<'a> {
         let records = Records::behind(file, self.data);
-        Rows { records, bytes: Vec::new(), taken: 0, length: self.length, row: 0, of: self.rows }
+        Rows { records, bytes: Vec::new(), consumed: 0, length: self.length, row: 0, of: self.rows }
     }
 
     fn read(self, file: &[u8]) -> Result<Group, Fault> {
@@ -63,7 +63,7 @@ impl Layouts {
             return Err(Fault::new(fault, "Export a part of it, or fewer signals."));
         }
         let mut rows = self.rows(file);
-        // Said by a file, the number of rows is not believed before they have come.
+        // The number of rows in a file is not trusted before they are read.
         let mut columns = vec![Vec::new(); self.channels.len()];
         while let Some((row, record)) = rows.take()? {
             let values = columns.iter_mut().zip(&self.channels);
@@ -78,35 +78,35 @@ impl Layouts {
 /// The records of a group, from block to block.
 pub(super) struct Rows<'a> {
     records: Records<'a>,
-    /// Of the blocks that are gone through, and how many bytes of them are behind.
+    /// Bytes of the current blocks, and the number of consumed ones.
     bytes: Vec<u8>,
-    taken: usize,
+    consumed: usize,
     length: usize,
     row: usize,
     of: usize,
 }
 
 impl Rows<'_> {
-    /// The next one with its number; none behind the last.
+    /// The next record with its number; `None` after the last.
     pub(super) fn take(&mut self) -> Result<Option<(usize, &[u8])>, Fault> {
         if self.row == self.of {
-            // What no row needs is whole as well, or the file is damaged.
+            // Blocks after the last row must be complete as well, or the file is damaged.
             while self.records.append_next(&mut self.bytes)? {
                 self.bytes.clear();
             }
             return Ok(None);
         }
-        while self.bytes.len() - self.taken < self.length {
-            self.bytes.drain(..self.taken);
-            self.taken = 0;
+        while self.bytes.len() - self.consumed < self.length {
+            self.bytes.drain(..self.consumed);
+            self.consumed = 0;
             if !self.records.append_next(&mut self.bytes)? {
-                return Err(damaged(&format!("a group holds {} rows, and says that it has more", self.row)));
+                return Err(damaged(&format!("a group has {} rows, fewer than stated", self.row)));
             }
         }
-        let begin = self.taken;
-        self.taken += self.length;
+        let begin = self.consumed;
+        self.consumed += self.length;
         self.row += 1;
-        Ok(Some((self.row - 1, &self.bytes[begin..self.taken])))
+        Ok(Some((self.row - 1, &self.bytes[begin..self.consumed])))
     }
 }
 
@@ -116,7 +116,7 @@ struct File<'a> {
 }
 
 impl<'a> File<'a> {
-    /// All but the values.
+    /// The contents without values.
     fn head(&mut self, finished: bool) -> Result<(Contents, Vec<Layouts>), Fault> {
         let head = Block::named(self.bytes, IDENTIFICATION, b"HD")?;
         let groups = self.chain(head.link(0), b"DG")?;
@@ -143,26 +143,26 @@ impl<'a> File<'a> {
         Ok(blocks)
     }
 
-    /// A text, plain or XML, as it stands in the file; empty where there is no link.
+    /// A text, plain or XML, as in the file; empty without a link.
     fn text(&self, link: u64) -> Result<&'a str, Fault> {
         if link == 0 {
             return Ok("");
         }
         let block = Block::at(self.bytes, link)?;
         if !matches!(&block.name, b"TX" | b"MD") {
-            return Err(damaged(&format!("the block at {link} is no text")));
+            return Err(damaged(&format!("the block at {link} is not a text")));
         }
         let text = block.data.split(|byte| *byte == 0).next().unwrap_or_default();
         std::str::from_utf8(text).map_err(|_| damaged(&format!("the text at {link} is not UTF-8")))
     }
 
-    /// The plain text of either kind.
+    /// The plain text of both kinds.
     fn plain(&self, link: u64) -> Result<String, Fault> {
         let text = self.text(link)?;
         Ok(element(text, "TX").unwrap_or_else(|| text.to_owned()))
     }
 
-    /// One that is repeated in each of many channels and must be short.
+    /// A name or unit, which must be short because many channels have one.
     fn name(&self, link: u64) -> Result<String, Fault> {
         let name = self.plain(link)?;
         let short = name.len() <= LONGEST_NAME;
@@ -172,7 +172,7 @@ impl<'a> File<'a> {
     fn header(&mut self, head: Block) -> Result<Header, Fault> {
         let start = UNIX_EPOCH.checked_add(Duration::from_nanos(head.long(0)?));
         let comment = self.text(head.link(5))?;
-        // The first entry is of who made the file, later ones of who changed it.
+        // The first entry is of the program that wrote the file, later ones of programs that changed it.
         let history = self.chain(head.link(1), b"FH")?;
         let history = history.first().map_or(Ok(""), |block| self.text(block.link(1)))?;
         let tool = |name| element(history, name).unwrap_or_default();
@@ -189,19 +189,19 @@ impl<'a> File<'a> {
         let groups = self.chain(block.link(1), b"CG")?;
         if groups.len() > 1 || block.byte(0)? != 0 && !groups.is_empty() {
             let remedy = "Sort them: with asammdf, MDF(…).save(…).";
-            return Err(Fault::new("its records are not sorted, several kinds of them are mixed", remedy));
+            return Err(Fault::new("its records are not sorted", remedy));
         }
         groups.into_iter().map(|group| self.group(group, block.link(2))).collect()
     }
 
     fn group(&mut self, group: Block, data: u64) -> Result<Layouts, Fault> {
-        // Behind the numbers stand the bits that say which are none.
+        // The bits that mark invalid numbers follow the numbers.
         let width = group.word(24)? as usize;
         let length = width.saturating_add(group.word(28)? as usize);
         let rows = usize::try_from(group.long(8)?).unwrap_or(usize::MAX);
-        // A virtual master may stand alone: then there are rows without bytes.
+        // With only a virtual master, rows have no bytes.
         if length == 0 && rows > LARGEST {
-            return Err(damaged(&format!("a group holds no bytes, and says that it has {rows} rows")));
+            return Err(damaged(&format!("a group has no bytes but states {rows} rows")));
         }
         let mut channels = Vec::new();
         for channel in self.chain(group.link(1), b"CN")? {
@@ -222,7 +222,7 @@ impl<'a> File<'a> {
     }
 
     fn event(&mut self, event: Block) -> Result<(f64, Event), Fault> {
-        // Behind kinds and counts: base and factor.
+        // After kinds and counts: base and factor.
         let (base, factor) = (event.long(16)? as i64, event.float(24)?);
         let cause = match event.byte(3)? {
             1 => Cause::Error,
@@ -235,17 +235,17 @@ impl<'a> File<'a> {
         Ok((base as f64 * factor, Event { cycle: base.max(0) as u64, name, comment, cause }))
     }
 
-    /// None for a file that lies elsewhere, or is compressed by a method that is not known.
+    /// `None` for an external file, or an unknown method of compression.
     fn attachment(&mut self, block: Block) -> Result<Option<Attachment>, Fault> {
         const EMBEDDED: u16 = 1;
         const COMPRESSED: u16 = 2;
         let flags = block.short(0)?;
         let (plain, length) = (block.long(24)?, block.long(32)?);
-        let held = block.data.get(40..).unwrap_or_default();
+        let stored = block.data.get(40..).unwrap_or_default();
         let bytes = match (flags & EMBEDDED != 0, flags & COMPRESSED != 0, block.byte(4)?) {
-            (true, true, 0) => inflate(held, length, plain)?,
+            (true, true, 0) => inflate(stored, length, plain)?,
             (true, false, 0) => {
-                let cut = usize::try_from(length).ok().and_then(|length| held.get(..length));
+                let cut = usize::try_from(length).ok().and_then(|length| stored.get(..length));
                 cut.ok_or_else(|| damaged("an attached file is longer than its block"))?.to_vec()
             }
             _ => return Ok(None),

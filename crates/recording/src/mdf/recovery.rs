@@ -1,4 +1,4 @@
-//! Making a whole file of what an interrupted writer has left.
+//! Recovery of the file of an interrupted writer.
 
 use std::fs::File;
 use std::io::{self, BufReader, Cursor, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -14,14 +14,14 @@ use super::writer::{Storage, lock};
 use super::{Fault, Summary};
 use stickslip_base::Error;
 
-/// Makes a whole file of what an interrupted [`Writer`](super::Writer) has left, in place; a whole file stays as it is.
+/// Completes the file of an interrupted [`Writer`](super::Writer) in place; a finished file is not changed.
 ///
-/// All rows, events and attachments that were written come back; those of the last 0.1 s before a crash, or since the
-/// last flush, may be missing. A block of rows whose checksum is wrong is left out, which the channel `cycle` shows.
-/// Only links and counters are changed, no byte is removed. Interrupted itself, it can be run again.
+/// All written rows, events and attachments are recovered; those of the last 0.1 s before a crash, or since the last
+/// flush, may be missing. A block of rows with a wrong checksum is omitted, as the channel `cycle` shows. Only links
+/// and counters are changed, no byte is removed. An interrupted recovery can be repeated.
 ///
 /// # Errors
-/// A file that cannot be written, is no recording of this program, is just being recorded, or ends before its rows.
+/// A file that cannot be written, is not a recording of this program, is being recorded, or ends before its rows.
 pub fn recover(path: &Path) -> Result<Summary, Error> {
     let failed = |source| Error::file(path, "recover", source);
     let mut file = File::options().read(true).write(true).open(path).map_err(failed)?;
@@ -50,12 +50,12 @@ impl Storage for Cursor<Vec<u8>> {
     }
 }
 
-/// What makes a file whole.
+/// The repair of a file.
 struct Repair {
-    /// Eight bytes each, and where they go.
+    /// Eight bytes each, with their places.
     patches: Vec<(u64, u64)>,
     rows: u64,
-    /// Bytes of no whole block.
+    /// Bytes of incomplete blocks.
     discarded: u64,
 }
 
@@ -99,13 +99,13 @@ impl Chain {
     }
 }
 
-/// Goes from block to block as they were appended, as far as they are whole, and believes no link that was set later.
+/// Reads the blocks in the order of writing, up to the first incomplete one, and ignores links that were set later.
 fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair, Fault>> {
     let Some(identification) = read::<{ IDENTIFICATION as usize }>(file, 0, length)? else {
         return Ok(Err(damaged("it ends within its first block")));
     };
     if identification[8..24] != *OURS {
-        let fault = "another program began it, and only that knows how to finish it";
+        let fault = "another program started it, and only that program can finish it";
         return Ok(Err(Fault::new(fault, "Open it with that program, or with asammdf, and save it again.")));
     }
     let mut group = None;
@@ -113,7 +113,7 @@ fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair,
     let mut events = Chain::at(link_place(IDENTIFICATION, 4));
     let mut attachments = Chain::at(link_place(IDENTIFICATION, 3));
     let mut offsets = Vec::new();
-    let (mut row, mut kept, mut lost, mut broken) = (0, 0, 0, 0);
+    let (mut row, mut recovered, mut lost, mut damaged_bytes) = (0, 0, 0, 0);
     let mut end = 0;
     let mut at = IDENTIFICATION;
     while let Some(block) = head(file, at, length)? {
@@ -130,16 +130,18 @@ fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair,
             b"EV" => events.push(at),
             b"AT" => attachments.push(at),
             b"DL" => {
-                let (Some(data), Some(rows)) = (&mut data, rows(file, at, length, row, kept + lost)?) else { break };
+                let (Some(data), Some(rows)) = (&mut data, rows(file, at, length, row, recovered + lost)?) else {
+                    break;
+                };
                 whole = DATA_LIST + rows.length;
                 if rows.sound {
                     list.take().into_iter().for_each(|list| data.push(list));
                     data.push(at);
-                    offsets.push((at + OFFSET, kept));
-                    kept += rows.plain;
+                    offsets.push((at + OFFSET, recovered));
+                    recovered += rows.plain;
                 } else {
                     lost += rows.plain;
-                    broken += whole;
+                    damaged_bytes += whole;
                 }
             }
             _ => break,
@@ -151,12 +153,12 @@ fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair,
     }
     let (Some(group), Some(data)) = (group, data) else {
         let fault = format!("it ends after {length} bytes, before the first row");
-        return Ok(Err(Fault::new(fault, "There is nothing in it: delete it.")));
+        return Ok(Err(Fault::new(fault, "It has no data: delete it.")));
     };
-    let rows = kept / row.max(1);
+    let rows = recovered / row.max(1);
     let mut patches = [data.end(), events.end(), attachments.end(), offsets].concat();
     patches.push((group + CYCLES, rows));
-    Ok(Ok(Repair { patches, rows, discarded: broken + length.saturating_sub(end) }))
+    Ok(Ok(Repair { patches, rows, discarded: damaged_bytes + length.saturating_sub(end) }))
 }
 
 struct Head {
@@ -164,7 +166,7 @@ struct Head {
     length: u64,
 }
 
-/// Name and length of the block at an address; none if it is not whole.
+/// Name and length of the block at an address; `None` if it is incomplete.
 fn head(file: &mut (impl Read + Seek), at: u64, end: u64) -> io::Result<Option<Head>> {
     let Some(bytes) = read::<{ HEAD as usize }>(file, at, end)? else { return Ok(None) };
     let [length, links] = [8, 16].map(|place| number(&bytes, place).map_or(0, u64::from_le_bytes));
@@ -177,13 +179,13 @@ fn head(file: &mut (impl Read + Seek), at: u64, end: u64) -> io::Result<Option<H
 struct Rows {
     /// Bytes of the rows.
     plain: u64,
-    /// Of the block.
+    /// Length of the block.
     length: u64,
     /// Whether the checksum is right.
     sound: bool,
 }
 
-/// The rows behind a data list; none unless they were written there, behind `before` bytes of others.
+/// The rows of a data list; `None` unless they were written there, after `before` bytes of others.
 fn rows(file: &mut (impl Read + Seek), list: u64, end: u64, row: u64, before: u64) -> io::Result<Option<Rows>> {
     let at = list + DATA_LIST;
     let Some(links) = read::<{ DATA_LIST as usize }>(file, list, end)? else { return Ok(None) };
@@ -192,7 +194,7 @@ fn rows(file: &mut (impl Read + Seek), list: u64, end: u64, row: u64, before: u6
     let long = |bytes: &[u8], place: u64| number(bytes, place as usize).map_or(0, u64::from_le_bytes);
     let [plain, zipped] = [HEAD + 8, HEAD + 16].map(|place| long(&sizes, place));
     let is_next = long(&links, link_place(0, 1)) == at && long(&links, OFFSET) == before;
-    // All bytes that say how to read the rows: the checksum is of the rows alone.
+    // All bytes that describe the rows: the checksum covers only the rows.
     let kind = [b'D', b'T', TRANSPOSED, 0].into_iter().chain((row as u32).to_le_bytes());
     let is_ours = block.name == *b"DZ" && kind.eq(sizes[HEAD as usize..][..8].iter().copied());
     let is_whole = row > 0 && plain > 0 && plain % row == 0 && zipped.checked_add(ZIPPED) == Some(block.length);
@@ -204,7 +206,7 @@ fn rows(file: &mut (impl Read + Seek), list: u64, end: u64, row: u64, before: u6
     let mut unzipped = ZlibDecoder::new(file.take(zipped)).take(plain.saturating_add(1));
     let sound = match io::copy(&mut unzipped, &mut io::sink()) {
         Ok(length) => length == plain,
-        // What is no deflated stream. A disk that does not answer is another error, and no reason to give rows up.
+        // An invalid deflate stream. A read error of the disk is another error, which must not discard rows.
         Err(error) => match error.kind() {
             ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof => false,
             _ => return Err(error),
@@ -213,7 +215,7 @@ fn rows(file: &mut (impl Read + Seek), list: u64, end: u64, row: u64, before: u6
     Ok(Some(Rows { plain, length: block.length, sound }))
 }
 
-/// Bytes at a place; none if the file ends before.
+/// Bytes at a place; `None` if the file ends before.
 fn read<const N: usize>(file: &mut (impl Read + Seek), at: u64, end: u64) -> io::Result<Option<[u8; N]>> {
     if at.checked_add(N as u64).is_none_or(|stop| stop > end) {
         return Ok(None);

@@ -12,33 +12,33 @@ use super::head::head;
 use super::{Channel, Event, Header, Summary, unreadable};
 use stickslip_base::Error;
 
-/// No block holds rows of a longer time [s]: what a crash can take.
+/// Longest time of the rows of a block [s], which is the loss of a crash.
 const BLOCK_TIME: f64 = 0.1;
-/// Nor more bytes of rows, before they are compressed; others read blocks up to 4 MB.
+/// Largest size of the rows of a block before compression [bytes]; other programs read blocks up to 4 MB.
 const BLOCK_SIZE: usize = 1 << 20;
 
-/// A recording that grows.
+/// A growing recording.
 ///
 /// Rows are collected, and written as one compressed block when they span 0.1 s, when they fill a megabyte, or on
-/// [`flush`](Self::flush); call that each 100 ms of your clock where the stream may pause. No call needs memory that
-/// grows with the recording. If the disk is full, calls fail and change nothing: make room and go on. A row that was
-/// refused is missing; the channel `cycle` shows it.
+/// [`flush`](Self::flush); call it every 100 ms if the stream may pause. The memory does not grow with the recording.
+/// If the disk is full, calls fail and change nothing: free space and continue. A refused row is missing; the channel
+/// `cycle` shows it.
 pub struct Writer {
     path: PathBuf,
     file: Box<dyn Storage>,
     tick_time: f64,
-    /// Values a row.
+    /// Values per row.
     width: usize,
-    /// Rows not yet written, and in which cycle they begin.
+    /// Rows not yet written, and their first cycle.
     rows: Vec<u8>,
     first: u64,
     last: Option<u64>,
-    /// Bytes of the rows written.
+    /// Bytes of the written rows.
     written: u64,
-    /// Where the next block goes.
+    /// Address of the next block.
     end: u64,
     group: u64,
-    /// Places of the links that the next data, event and attachment go to.
+    /// Places of the links to the next data, event and attachment.
     next_data: u64,
     next_event: u64,
     next_attachment: u64,
@@ -48,9 +48,9 @@ pub struct Writer {
     blocks: Blocks,
 }
 
-/// A file, or what stands for it in a test.
+/// A file, or its replacement in a test.
 pub(super) trait Storage: Write + Seek + Send {
-    /// Ends it at a length and brings it to the disk.
+    /// Truncates it to a length and syncs it to the disk.
     fn settle(&mut self, length: u64) -> io::Result<()>;
 }
 
@@ -62,11 +62,11 @@ impl Storage for File {
 }
 
 impl Writer {
-    /// Begins a recording of rows that are multiples of `tick_time` [s] apart; a file that is there is replaced.
+    /// Begins a recording of rows that are multiples of `tick_time` [s] apart; an existing file is replaced.
     ///
     /// # Errors
-    /// Two channels of one name, one without a name, or one called `time` or `cycle`; a period that is not above 0; a
-    /// file that cannot be written, or that another process is writing.
+    /// Two channels of one name, one without a name, or one with the name `time` or `cycle`; a period that is not above
+    /// 0; a file that cannot be written, or that another process is writing.
     pub fn create(path: &Path, header: &Header, channels: &[Channel], tick_time: f64) -> Result<Self, Error> {
         let failed = |source| Error::file(path, "create", source);
         let file = File::options().write(true).create(true).truncate(false).open(path).map_err(failed)?;
@@ -77,7 +77,7 @@ impl Writer {
         Self::on(path, Box::new(file), header, channels, tick_time)
     }
 
-    /// The same on any storage; `path` stands in messages.
+    /// The same on any storage; `path` is for messages.
     pub(super) fn on(
         path: &Path,
         file: Box<dyn Storage>,
@@ -89,12 +89,12 @@ impl Writer {
             let fault = format!("its rows would be {tick_time} s apart");
             return Err(unreadable(path, &fault, "Record with a period above 0 s."));
         }
-        // One without a name and two of one name cannot be told apart later.
+        // Channels without a name or with equal names would be ambiguous.
         let mut names: Vec<_> = channels.iter().map(|c| c.name.as_str()).chain(["", "time", "cycle"]).collect();
         names.sort_unstable();
         if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            let fault = format!("there would be two channels `{}`, or one of no name", twice[0]);
-            return Err(unreadable(path, &fault, "Rename one; `time` and `cycle` are always there."));
+            let fault = format!("there would be two channels `{}`, or one without a name", twice[0]);
+            return Err(unreadable(path, &fault, "Rename one; `time` and `cycle` are reserved."));
         }
         let (head, group, data) = head(header, channels);
         let mut writer = Writer {
@@ -124,16 +124,16 @@ impl Writer {
     /// Takes one row: all channels in a cycle.
     ///
     /// # Errors
-    /// A cycle that does not come after the last one; a block that cannot be written. The row is then not taken, and
-    /// the next one tries the block again.
+    /// A cycle that is not after the last one; a block that cannot be written. The row is then not recorded, and the
+    /// next one tries to write the block again.
     ///
     /// # Panics
-    /// If there are not as many values as channels.
+    /// If the numbers of values and channels differ.
     pub fn row(&mut self, cycle: u64, values: &[f64]) -> Result<(), Error> {
         assert_eq!(values.len(), self.width, "one value a channel");
         if let Some(last) = self.last.filter(|last| cycle <= *last) {
-            let fault = format!("cycle {cycle} was to be recorded behind cycle {last}");
-            return Err(unreadable(&self.path, &fault, "Record each cycle once, in their order."));
+            let fault = format!("cycle {cycle} cannot be recorded after cycle {last}");
+            return Err(unreadable(&self.path, &fault, "Record each cycle once, in order."));
         }
         let row = self.row_length();
         let spanned = (cycle - self.first) as f64 * self.tick_time >= BLOCK_TIME;
@@ -150,10 +150,10 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes the rows taken so far. Once it has returned, the end of this process takes none of them.
+    /// Writes the rows so far. After its return they survive the end of this process.
     ///
     /// # Errors
-    /// [`Error::File`]; the rows are kept, and written when there is room.
+    /// [`Error::File`]; the rows are kept, and written when there is space.
     pub fn flush(&mut self) -> Result<(), Error> {
         if self.rows.is_empty() {
             return Ok(());
@@ -162,7 +162,7 @@ impl Writer {
         transpose(&self.rows, row, &mut self.transposed);
         deflate(&mut self.deflate, &self.transposed, &mut self.zipped);
         self.blocks.restart(self.end);
-        // The first data list stands behind the list's head.
+        // The first data list follows the head of the list.
         let first = self.written == 0;
         if first {
             let list = self.end + HEADER_LIST;
@@ -182,7 +182,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes an event at once. Its cycle need not be recorded.
+    /// Writes an event at once. Its cycle may be missing in the rows.
     ///
     /// # Errors
     /// [`Error::File`]; the event is then not recorded.
@@ -220,21 +220,21 @@ impl Writer {
         Ok(())
     }
 
-    /// Length of the file [bytes], without the rows that are not written yet.
+    /// Length of the file [bytes], without rows that are not yet written.
     pub fn bytes(&self) -> u64 {
         self.end
     }
 
-    /// Writes what is left, marks the file as complete and brings it to the disk.
+    /// Writes the remaining rows, marks the file as complete and syncs it to the disk.
     ///
     /// # Errors
-    /// [`Error::File`]; what was written before can be [recovered](super::recover).
+    /// [`Error::File`]; the previous data can be [recovered](super::recover).
     pub fn finish(mut self) -> Result<Summary, Error> {
         self.flush()?;
         let rows = self.written / self.row_length() as u64;
         self.put(self.group + CYCLES, &rows.to_le_bytes())?;
         self.settle()?;
-        // Complete is what has both: no flag, and the name in its first bytes.
+        // A complete file has no flag, and the name in its first bytes.
         self.put(FLAGS, &[0; 2])?;
         self.put(0, FINISHED)?;
         self.settle()?;
@@ -248,16 +248,16 @@ impl Writer {
     /// Writes the blocks, then the link to them.
     fn append(&mut self, place: u64, target: u64) -> Result<(), Error> {
         let bytes = std::mem::take(&mut self.blocks.bytes);
-        let written = self.put(self.end, &bytes).and_then(|()| self.put(place, &target.to_le_bytes()));
-        // Only now: what failed is written again at the same place.
-        self.end += written.as_ref().map_or(0, |()| bytes.len() as u64);
+        let result = self.put(self.end, &bytes).and_then(|()| self.put(place, &target.to_le_bytes()));
+        // Only on success: failed blocks are written again at the same place.
+        self.end += result.as_ref().map_or(0, |()| bytes.len() as u64);
         self.blocks.bytes = bytes;
-        written
+        result
     }
 
     fn put(&mut self, place: u64, bytes: &[u8]) -> Result<(), Error> {
-        let written = self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(bytes));
-        written.map_err(|source| Error::file(&self.path, "write", source))
+        let result = self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(bytes));
+        result.map_err(|source| Error::file(&self.path, "write", source))
     }
 
     fn settle(&mut self) -> Result<(), Error> {
@@ -265,11 +265,11 @@ impl Writer {
     }
 }
 
-/// Keeps two writers, or a writer and a recovery, from one file; where the file system has locks.
+/// Prevents two writers, or a writer and a recovery, on one file, if the file system has locks.
 pub(super) fn lock(path: &Path, file: &File) -> Result<(), Error> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => {
-            Err(unreadable(path, "another process is recording to it", "End that one, or choose another name."))
+            Err(unreadable(path, "another process is recording to it", "End that process, or choose another name."))
         }
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }

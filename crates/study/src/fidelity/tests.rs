@@ -351,13 +351,13 @@ fn an_unknown_name_is_reported_with_the_known_ones() {
     let law = message(Selection { laws: vec!["newton".into()], ..Selection::default() });
     assert_eq!(
         law,
-        "newton is no law. There are: paper, smooth, karnopp, bristle, residual, residual_slow, admittance, admittance_slow, auto."
+        "unknown law newton. Available: paper, smooth, karnopp, bristle, residual, residual_slow, admittance, admittance_slow, auto."
     );
     assert!(
-        message(Selection { mismatches: vec!["x".into()], ..Selection::default() }).starts_with("x is no mismatch.")
+        message(Selection { mismatches: vec!["x".into()], ..Selection::default() }).starts_with("unknown mismatch x.")
     );
     assert!(
-        message(Selection { scenarios: vec!["x".into()], ..Selection::default() }).starts_with("x is no scenario.")
+        message(Selection { scenarios: vec!["x".into()], ..Selection::default() }).starts_with("unknown scenario x.")
     );
 }
 

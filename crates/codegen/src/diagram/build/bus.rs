@@ -1,4 +1,4 @@
-//! Where numbers and whole structs come from; a switch of a bus.
+//! Sources of numbers and of whole structs; switches of a bus.
 
 use super::{Builder, Producer, Role, port, signal};
 use crate::diagram::text::Part;
@@ -7,15 +7,15 @@ use crate::record::{self, Id};
 use crate::tree::Tree;
 
 impl<'a> Builder<'a> {
-    /// Where this struct lies as a whole, or could.
+    /// The single source of this struct, if it has one.
     pub(super) fn lying(&self, tree: &Tree, ids: &[Id]) -> Option<(usize, Part<'a>)> {
         let (producer, _) = *self.lies.get(ids.first()?)?;
-        let known = &self.producers[producer];
-        let fits = |part: &Part| part.tree == tree && known.ids[part.first..part.first + part.count()] == *ids;
-        Part::whole(known.tree).all().into_iter().find(fits).map(|part| (producer, part))
+        let existing = &self.producers[producer];
+        let fits = |part: &Part| part.tree == tree && existing.ids[part.first..part.first + part.count()] == *ids;
+        Part::whole(existing.tree).all().into_iter().find(fits).map(|part| (producer, part))
     }
 
-    /// Makes one switch of those that choose the members of a struct by the same mask.
+    /// Combines the switches that choose the members of a struct by the same mask.
     pub(super) fn find_switches(&mut self, part: Part<'a>, all: &'a [Id]) {
         let ids = &all[part.first..part.first + part.count()];
         if part.count() < 2 || self.lying(part.tree, ids).is_some() || self.switch(part.tree, ids) {
@@ -68,8 +68,8 @@ impl<'a> Builder<'a> {
             }
         }
         for node in switches {
-            let known = self.producers.iter().find(|p| p.node == node).expect("a switch of a bus has its struct");
-            let (tree, ids) = (known.tree, known.ids.clone());
+            let existing = self.producers.iter().find(|p| p.node == node).expect("a switch of a bus has its struct");
+            let (tree, ids) = (existing.tree, existing.ids.clone());
             let choice = |id: &Id| match self.step.graph.node(*id) {
                 record::Node::Select(mask, yes, no) => (mask, yes, no),
                 _ => unreachable!("a switch was made of choices"),
@@ -78,7 +78,7 @@ impl<'a> Builder<'a> {
             let mask = self.number(choices[0].0);
             self.connect(mask, node, signal(vec![choices[0].0]));
             for side in [choices.iter().map(|c| c.1).collect::<Vec<_>>(), choices.iter().map(|c| c.2).collect()] {
-                let from = self.bus(tree, &side).expect("both sides of a switch were looked for");
+                let from = self.bus(tree, &side).expect("both sides of a switch have a source");
                 self.connect(from, node, signal(side));
             }
         }
@@ -90,7 +90,7 @@ impl<'a> Builder<'a> {
         End { node, port: 0 }
     }
 
-    /// Where a number comes from.
+    /// Source of a number.
     pub(super) fn number(&mut self, id: Id) -> End {
         if let Some(node) = self.operation.get(&id) {
             return End { node: *node, port: 0 };
@@ -106,7 +106,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Where a struct comes from, if it lies somewhere as a whole.
+    /// Source of a struct, if it has a single one.
     fn bus(&mut self, tree: &'a Tree, ids: &[Id]) -> Option<End> {
         if let Some((producer, part)) = self.lying(tree, ids) {
             return Some(self.leave(producer, &part));
@@ -114,15 +114,15 @@ impl<'a> Builder<'a> {
         ids.iter().all(|id| self.reading.is_fixed(*id)).then(|| self.constant(ids.to_vec()))
     }
 
-    /// The port by which a part of a struct leaves a node.
+    /// The output port of a part of a struct.
     pub(super) fn leave(&mut self, producer: usize, part: &Part) -> End {
         let Producer { node, role, ids, .. } = &self.producers[producer];
         let (node, port) = (*node, port(*role, part, ids));
         let outputs = &mut self.nodes[node].outputs;
-        let known = outputs
+        let existing = outputs
             .iter()
             .position(|other| (other.role, other.first, &other.numbers) == (port.role, port.first, &port.numbers));
-        let port = known.unwrap_or_else(|| {
+        let port = existing.unwrap_or_else(|| {
             outputs.push(port);
             outputs.len() - 1
         });

@@ -1,4 +1,4 @@
-//! What stood for a whole struct becomes a node for each part of it.
+//! Replaces the placeholder of a whole struct by a node for each of its parts.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use crate::diagram::{End, Kind, Page, Port, Wire};
 use crate::tree::Tree;
 
 impl<'a> Builder<'a> {
-    /// A node for each part of input, state and output that stands by itself; the nodes in order of evaluation.
+    /// A node for each separate part of input, state and output; the nodes in order of evaluation.
     pub(super) fn finish(mut self, label: String, output: usize) -> Page<'a> {
         let mut moved = HashMap::new();
         for (whole, tree) in [(INPUT, &self.step.input), (STATE, &self.step.state), (output, &self.step.output)] {
@@ -38,14 +38,14 @@ impl<'a> Builder<'a> {
                 }
             }
         }
-        // The state that a box keeps is read there: its operations belong to the box.
-        let kept: Vec<(usize, usize)> = (0..self.nodes.len())
+        // The state of a box is read there: its operations belong to the box.
+        let boxes_with_state: Vec<(usize, usize)> = (0..self.nodes.len())
             .filter_map(|node| match self.nodes[node].kind {
                 Kind::Call { call, keeps: Some(_), .. } => Some((node, call)),
                 _ => None,
             })
             .collect();
-        for (node, call) in kept {
+        for (node, call) in boxes_with_state {
             let state = &self.step.graph.calls[call].state;
             self.nodes[node].operations.extend(state);
         }
@@ -71,7 +71,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The numbers of input and state belong to the node that hands them out.
+    /// The numbers of input and state belong to the node that provides them.
     fn assign_sources(&mut self, output: usize) {
         for whole in [INPUT, STATE] {
             let operations = std::mem::take(&mut self.nodes[whole].operations);
@@ -87,19 +87,20 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Takes out the nodes that stood for whole structs.
-    fn without(self, gone: [usize; 3], label: String) -> Page<'a> {
+    /// Removes the placeholders of whole structs.
+    fn without(self, placeholders: [usize; 3], label: String) -> Page<'a> {
         let mut number = 0;
         let numbers: Vec<usize> = (0..self.nodes.len())
             .map(|node| {
-                number += usize::from(!gone.contains(&node));
+                number += usize::from(!placeholders.contains(&node));
                 number.saturating_sub(1)
             })
             .collect();
         let end = |end: End| End { node: numbers[end.node], ..end };
         let mut wires: Vec<Wire> = self.wires.iter().map(|w| Wire { from: end(w.from), to: end(w.to) }).collect();
         wires.sort_unstable_by_key(|wire| (wire.to, wire.from));
-        let nodes = self.nodes.into_iter().enumerate().filter(|(node, _)| !gone.contains(node)).map(|(_, node)| node);
+        let nodes =
+            self.nodes.into_iter().enumerate().filter(|(node, _)| !placeholders.contains(node)).map(|(_, node)| node);
         Page { label, step: self.step, nodes: nodes.collect(), wires }
     }
 }

@@ -1,4 +1,4 @@
-//! What masks and selections mean: limits, signs, ranges.
+//! Meaning of masks and selections: limits, signs, ranges.
 
 use super::Reading;
 use crate::diagram::{Bound, Kind, Relation};
@@ -53,7 +53,7 @@ impl Reading<'_> {
         let (relation, a, b) = match self.graph.node(id) {
             Node::Less(a, b) => (Relation::Less, a, b),
             Node::LessOrEqual(a, b) => (Relation::LessOrEqual, a, b),
-            _ => unreachable!("a comparison was asked for"),
+            _ => unreachable!("the operation is a comparison"),
         };
         covers.push(id);
         let (signal, bound) = match (self.is_fixed(a), self.is_fixed(b)) {

@@ -1,4 +1,4 @@
-//! Blocks as engineers draw them.
+//! Drawing of the blocks in the usual symbols.
 
 use std::fmt::Write as _;
 
@@ -214,7 +214,7 @@ impl Pen<'_> {
         put!(self.out, "<text{class} x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{inside}</text>", pixel(x), pixel(y));
     }
 
-    /// Arrow heads at the body, and what is written instead of a wire.
+    /// Arrow heads at the body, and texts in place of wires.
     fn entries(&mut self, body: f64) {
         for (entry, y) in self.element.inputs.iter().zip(&self.element.rows) {
             match entry {
@@ -293,7 +293,7 @@ impl Pen<'_> {
         }
     }
 
-    /// What a term or factor does, at its port.
+    /// Sign of a term or factor, at its port.
     fn signs(&mut self, kind: &Kind) {
         let (Kind::Sum(signs) | Kind::Product(signs)) = kind else { return };
         let (plain, other) = if matches!(kind, Kind::Sum(_)) { ("+", "−") } else { ("", "÷") };
@@ -312,7 +312,7 @@ impl Pen<'_> {
             pixel((margin + shape.width) / 2.0),
             text::escape(&self.element.label)
         );
-        // Whose parameters it has, unless that says the same.
+        // Name of its parameters, unless equal to the label.
         if self.element.label.to_lowercase() != node.name.replace('_', " ") {
             self.text(&node.name, (margin + shape.width) / 2.0, 35.0, "middle", "quiet");
         }

@@ -1,8 +1,8 @@
-//! Where boxes and wires lie: in layers from left to right (Sugiyama), wires at right angles.
+//! Positions of boxes and wires: in layers from left to right (Sugiyama), wires at right angles.
 //!
 //! Layers by longest path, with the wires that close a loop going back; order within a layer by barycentres; heights by
-//! the least sum of bends, so that most wires are straight; then each channel between two layers is routed by itself.
-//! The libraries for it place boxes, but know no ports and route no wires.
+//! the least sum of bends, so that most wires are straight; then each channel between two layers is routed separately.
+//! Existing libraries place boxes, but have no ports and route no wires.
 
 mod order;
 mod place;
@@ -21,7 +21,7 @@ pub(super) struct Shape {
     pub(super) column: Column,
 }
 
-/// Where a box may stand.
+/// Allowed layers of a box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Column {
     /// Leftmost.
@@ -43,14 +43,14 @@ pub struct Link {
     pub to: (usize, usize),
 }
 
-/// Where everything lies \[px\].
+/// Positions of all elements \[px\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layout {
     /// Left, upper, right and lower edge of each box.
     pub boxes: Vec<[f64; 4]>,
-    /// Where wires end and begin at each box: its inputs, its outputs.
+    /// Ports of each box: its inputs, its outputs.
     pub ports: Vec<[Vec<[f64; 2]>; 2]>,
-    /// What the wires connect.
+    /// The links of the wires.
     pub links: Vec<Link>,
     /// Pieces of wires, horizontal or vertical; they touch others of the same wire at their ends only.
     pub segments: Vec<Segment>,
@@ -61,7 +61,7 @@ pub struct Layout {
 /// A straight piece of a wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Box and output where the wire begins.
+    /// Box and output at the start of the wire.
     pub wire: (usize, usize),
     /// One end.
     pub from: [f64; 2],
@@ -84,13 +84,13 @@ struct Edge {
     offsets: [f64; 2],
 }
 
-/// Where a wire enters the channel on the left of a layer.
+/// Point where a wire enters the channel on the left of a layer.
 #[derive(Clone, Copy, PartialEq)]
 struct Pin {
     wire: (usize, usize),
     item: usize,
     offset: f64,
-    /// Whether the item stands on the left of the channel.
+    /// Whether the item is on the left of the channel.
     left: bool,
 }
 
@@ -101,7 +101,7 @@ struct Layers {
     /// The items of each layer, from top to bottom.
     layers: Vec<Vec<usize>>,
     edges: Vec<Edge>,
-    /// The pins of each channel; channel `i` lies left of layer `i`.
+    /// The pins of each channel; channel `i` is left of layer `i`.
     channels: Vec<Vec<Pin>>,
 }
 
@@ -127,8 +127,8 @@ impl Layers {
         wires.dedup();
         for wire in wires {
             let of = |going_back: bool| {
-                let wanted = move |(link, back): &(&Link, &bool)| link.from == wire && **back == going_back;
-                links.iter().zip(back).filter(wanted).map(|(link, _)| link.to).collect::<Vec<_>>()
+                let selected = move |(link, back): &(&Link, &bool)| link.from == wire && **back == going_back;
+                links.iter().zip(back).filter(selected).map(|(link, _)| link.to).collect::<Vec<_>>()
             };
             let source = (wire.0, shapes[wire.0].outputs[wire.1]);
             let target = |(node, port): (usize, usize)| (node, shapes[node].inputs[port]);

@@ -4,7 +4,7 @@ use super::Layers;
 
 const SWEEPS: usize = 32;
 
-/// Orders each layer by the barycentres of its neighbours, to and fro; the best order seen stays.
+/// Orders each layer by the barycentres of its neighbours, in alternating directions; keeps the best order.
 pub(super) fn order(layers: &mut Layers) {
     let mut best = (crossings(layers), layers.layers.clone());
     let depth = layers.layers.len();
@@ -34,7 +34,7 @@ fn places(layers: &Layers) -> Vec<f64> {
     out
 }
 
-/// Where an edge ends: the place of the item, and within it the height of the port.
+/// The end of an edge: the place of the item, and within it the height of the port.
 fn end(layers: &Layers, places: &[f64], item: usize, offset: f64) -> f64 {
     places[item] + 0.9 * (offset / layers.items[item].height.max(1.0) - 0.5)
 }

@@ -3,7 +3,7 @@
 use super::{Item, Layers};
 
 const SWEEPS: usize = 120;
-/// Closer than this \[px\] a wire is made straight.
+/// Largest offset \[px\] at which a wire is made straight.
 const NEARLY: f64 = 16.0;
 
 /// Least distance between the edges of two neighbours in a layer.
@@ -20,14 +20,15 @@ pub(super) fn place(layers: &mut Layers) {
     for layer in 0..layers.layers.len() {
         separate(layers, layer);
     }
-    // Each layer in turn takes the heights that are best for its neighbours' present ones. A weight by the inverse of
-    // the bend makes the sum of the magnitudes small rather than of the squares: few bends instead of many small ones.
+    // Each layer in turn gets the heights that are best for the present heights of its neighbours. A weight by the
+    // inverse of the bend makes the sum of the magnitudes small rather than of the squares: few bends instead of many
+    // small ones.
     for sweep in 0..SWEEPS {
         let depth = layers.layers.len();
         for step in 0..depth {
             let layer = if sweep.is_multiple_of(2) { step } else { depth - 1 - step };
-            let wishes: Vec<(f64, f64)> = layers.layers[layer].iter().map(|item| wish(layers, *item)).collect();
-            settle(layers, layer, &wishes);
+            let targets: Vec<(f64, f64)> = layers.layers[layer].iter().map(|item| target(layers, *item)).collect();
+            settle(layers, layer, &targets);
         }
     }
     layers.items.iter_mut().for_each(|item| item.y = item.y.round());
@@ -37,8 +38,8 @@ pub(super) fn place(layers: &mut Layers) {
     straighten(layers);
 }
 
-/// The height that an item's edges want, and how much.
-fn wish(layers: &Layers, item: usize) -> (f64, f64) {
+/// The height that is best for an item's edges, and its weight.
+fn target(layers: &Layers, item: usize) -> (f64, f64) {
     let (mut sum, mut total) = (0.0, 1e-6);
     let own = layers.items[item].y;
     for edge in &layers.edges {
@@ -49,19 +50,19 @@ fn wish(layers: &Layers, item: usize) -> (f64, f64) {
             let neighbour = &layers.items[edge.items[other]];
             let passages = [item, edge.items[other]].iter().filter(|item| layers.items[**item].passage).count();
             let importance = [1.0, 2.0, 6.0][passages];
-            let wanted = neighbour.y + edge.offsets[other] - edge.offsets[side];
-            // In its own layer it can only be near.
+            let best = neighbour.y + edge.offsets[other] - edge.offsets[side];
+            // Within the same layer the weight is that of a near neighbour.
             let near = if neighbour.layer == layers.items[item].layer { 0.2 } else { 1.0 };
-            let weight = near * importance / (wanted - own).abs().max(1.0);
-            sum += weight * wanted;
+            let weight = near * importance / (best - own).abs().max(1.0);
+            sum += weight * best;
             total += weight;
         }
     }
     if total > 1e-5 { (sum / total, total) } else { (own, 1e-3) }
 }
 
-/// The heights of a layer nearest to the wishes, with distances kept: an isotonic regression, solved by pooling.
-fn settle(layers: &mut Layers, layer: usize, wishes: &[(f64, f64)]) {
+/// The heights of a layer nearest to the targets, with minimum distances: an isotonic regression, solved by pooling.
+fn settle(layers: &mut Layers, layer: usize, targets: &[(f64, f64)]) {
     let items = layers.layers[layer].clone();
     // Heights above those of the tightest packing must not fall from one item to the next.
     let mut packed = Vec::with_capacity(items.len());
@@ -73,8 +74,8 @@ fn settle(layers: &mut Layers, layer: usize, wishes: &[(f64, f64)]) {
         packed.push(above);
     }
     let mut pools: Vec<(f64, f64, usize)> = Vec::new();
-    for (place, (wish, weight)) in wishes.iter().enumerate() {
-        pools.push((wish - packed[place], *weight, 1));
+    for (place, (target, weight)) in targets.iter().enumerate() {
+        pools.push((target - packed[place], *weight, 1));
         while let [.., (a, a_weight, a_count), (b, b_weight, b_count)] = pools[..]
             && a > b
         {
@@ -89,7 +90,7 @@ fn settle(layers: &mut Layers, layer: usize, wishes: &[(f64, f64)]) {
     }
 }
 
-/// Pushes down what is too close.
+/// Moves items down that are too close.
 pub(super) fn separate(layers: &mut Layers, layer: usize) {
     for pair in layers.layers[layer].clone().windows(2) {
         let [a, b] = [pair[0], pair[1]].map(|item| &layers.items[item]);
@@ -98,7 +99,7 @@ pub(super) fn separate(layers: &mut Layers, layer: usize) {
     }
 }
 
-/// Takes small steps out of the wires: whatever hangs together by straight wires moves as one, where there is room.
+/// Removes small steps from the wires: items connected by straight wires move together, if there is room.
 fn straighten(layers: &mut Layers) {
     loop {
         let mut bends: Vec<(f64, usize, usize)> = Vec::new();
@@ -110,17 +111,17 @@ fn straighten(layers: &mut Layers) {
             }
         }
         bends.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let found = bends.into_iter().find_map(|(step, from, other)| {
+        let candidate = bends.into_iter().find_map(|(step, from, other)| {
             let together = together(layers, from);
             (!together[other] && has_room(layers, &together, step)).then_some((together, step))
         });
-        let Some((together, step)) = found else { return };
+        let Some((together, step)) = candidate else { return };
         let items = layers.items.iter_mut().zip(together);
         items.filter(|(_, moves)| *moves).for_each(|(item, _)| item.y += step);
     }
 }
 
-/// What is connected to an item by straight wires.
+/// The items connected to an item by straight wires.
 fn together(layers: &Layers, item: usize) -> Vec<bool> {
     let mut out = vec![false; layers.items.len()];
     let mut open = vec![item];

@@ -1,19 +1,19 @@
-//! Which layer a box stands in.
+//! Assignment of boxes to layers.
 
 use super::{Column, Link, Shape};
 use crate::distinct::distinct;
 
-/// The layer of each box, and which links go back.
+/// The layer of each box, and whether each link goes back.
 pub(super) fn ranks(shapes: &[Shape], links: &[Link]) -> (Vec<usize>, Vec<bool>) {
     let back = back(shapes, links);
     let ahead: Vec<Link> = links.iter().zip(&back).filter(|(_, back)| !**back).map(|(link, _)| *link).collect();
     let mut ranks = vec![0usize; shapes.len()];
-    // Longest path: as often as the longest path is long.
+    // Longest path: as many passes as the longest path has links.
     while ahead.iter().fold(false, |changed, link| {
-        let wanted = ranks[link.from.0] + 1;
-        let late = ranks[link.to.0] < wanted;
+        let next_rank = ranks[link.from.0] + 1;
+        let late = ranks[link.to.0] < next_rank;
         if late {
-            ranks[link.to.0] = wanted;
+            ranks[link.to.0] = next_rank;
         }
         changed || late
     }) {}
@@ -23,7 +23,7 @@ pub(super) fn ranks(shapes: &[Shape], links: &[Link]) -> (Vec<usize>, Vec<bool>)
             *rank = last;
         }
     }
-    // What has fewer wires in than out stands close to who reads it.
+    // Boxes with fewer wires in than out are placed close to their readers.
     while (0..shapes.len()).fold(false, |changed, node| {
         let to: Vec<&Link> = ahead.iter().filter(|link| link.from.0 == node).collect();
         let ports = distinct(to.iter().map(|link| link.from.1)).len();
@@ -47,13 +47,13 @@ fn back(shapes: &[Shape], links: &[Link]) -> Vec<bool> {
     links.iter().filter(|link| !is_free(link)).for_each(|link| next[link.from.0].push(link.to.0));
     let mut out = vec![false; links.len()];
     for (number, link) in links.iter().enumerate().filter(|(_, link)| is_free(link)) {
-        let (mut seen, mut open) = (vec![false; shapes.len()], vec![link.to.0]);
+        let (mut visited, mut open) = (vec![false; shapes.len()], vec![link.to.0]);
         while let Some(node) = open.pop() {
-            if !std::mem::replace(&mut seen[node], true) {
+            if !std::mem::replace(&mut visited[node], true) {
                 open.extend(&next[node]);
             }
         }
-        out[number] = seen[link.from.0];
+        out[number] = visited[link.from.0];
         if !out[number] {
             next[link.from.0].push(link.to.0);
         }

@@ -7,9 +7,9 @@ use super::{Layers, Layout, Pin, Segment, Shape};
 const PITCH: f64 = 10.0;
 /// Room for an arrow head.
 const ARROW: f64 = 16.0;
-/// Horizontal pieces closer than this would be taken for one wire.
+/// Horizontal pieces closer than this would look like one wire.
 const SAME: f64 = 5.0;
-/// What an overlap of two wires costs, in crossings.
+/// Cost of an overlap of two wires, in crossings.
 const OVERLAP: usize = 1000;
 const REPAIRS: usize = 24;
 
@@ -18,7 +18,7 @@ struct Bundle {
     wire: (usize, usize),
     /// Heights of its pins on the left, on the right.
     sides: [Vec<f64>; 2],
-    /// Which vertical line it takes; `None` if it goes straight on.
+    /// Its vertical line; `None` if it is straight.
     track: Option<usize>,
 }
 
@@ -28,10 +28,10 @@ impl Bundle {
         (all().copied().fold(f64::INFINITY, f64::min), all().copied().fold(f64::NEG_INFINITY, f64::max))
     }
 
-    /// What it costs if this one's vertical line lies left of the other's: crossings and overlaps.
+    /// Cost if this vertical line is left of the other's: crossings and overlaps.
     fn cost_left_of(&self, other: &Bundle) -> usize {
         let within = |(low, high): (f64, f64), y: &&f64| **y > low - SAME && **y < high + SAME;
-        // My right ends pass its vertical line, its left ends mine.
+        // The right ends of this one cross the other's vertical line, the left ends of the other cross this one's.
         let crossings = self.sides[1].iter().filter(|y| within(other.ends(), y)).count()
             + other.sides[0].iter().filter(|y| within(self.ends(), y)).count();
         let same = |y: &f64| other.sides[0].iter().any(|other| (other - y).abs() < SAME);
@@ -39,17 +39,17 @@ impl Bundle {
     }
 }
 
-/// Routes all channels and gives everything its place.
+/// Routes all channels and computes all positions.
 pub(super) fn route(layers: &mut Layers, shapes: &[Shape]) -> Layout {
     let depth = layers.layers.len();
     let mut channels = Vec::new();
     for channel in 0..=depth {
         let mut bundles = routed(layers, channel);
         for _ in 0..REPAIRS {
-            // Two wires that would have to pass each other on one height: one of them moves down a little.
+            // If two wires would overlap at the same height, one of them moves down a little.
             let Some((wire, y)) = overlap(&bundles) else { break };
-            let lies = |pin: &&Pin| pin.wire == wire && !pin.left && layers.items[pin.item].y + pin.offset == y;
-            let Some(pin) = layers.channels[channel].iter().find(lies) else { break };
+            let overlaps = |pin: &&Pin| pin.wire == wire && !pin.left && layers.items[pin.item].y + pin.offset == y;
+            let Some(pin) = layers.channels[channel].iter().find(overlaps) else { break };
             layers.items[pin.item].y += SAME + 1.0;
             separate(layers, channel);
             bundles = routed(layers, channel);
@@ -115,15 +115,16 @@ fn routed(layers: &Layers, channel: usize) -> Vec<Bundle> {
     let mut bundles: Vec<Bundle> = Vec::new();
     for pin in &layers.channels[channel] {
         let y = layers.items[pin.item].y + pin.offset;
-        let known = bundles.iter().position(|bundle| bundle.wire == pin.wire).unwrap_or_else(|| {
+        let number = bundles.iter().position(|bundle| bundle.wire == pin.wire).unwrap_or_else(|| {
             bundles.push(Bundle { wire: pin.wire, sides: [Vec::new(), Vec::new()], track: None });
             bundles.len() - 1
         });
-        bundles[known].sides[usize::from(!pin.left)].push(y);
+        bundles[number].sides[usize::from(!pin.left)].push(y);
     }
     let mut order: Vec<usize> = (0..bundles.len()).filter(|b| bundles[*b].ends().0 < bundles[*b].ends().1).collect();
     let cost = |a: usize, b: usize| bundles[a].cost_left_of(&bundles[b]);
-    // Downward wires first take the right, upward ones the left; then neighbours change places while that helps.
+    // At first, downward wires are on the right, upward ones on the left; then neighbours are exchanged while the cost
+    // decreases.
     loop {
         let mut better = false;
         for i in 0..order.len() {
@@ -157,7 +158,7 @@ fn routed(layers: &Layers, channel: usize) -> Vec<Bundle> {
     bundles
 }
 
-/// A wire that lies on another one, and at which height.
+/// A wire that overlaps another one, and its height.
 fn overlap(bundles: &[Bundle]) -> Option<((usize, usize), f64)> {
     let pairs = bundles.iter().flat_map(|a| bundles.iter().map(move |b| (a, b)));
     let crossed = |(a, b): &(&Bundle, &Bundle)| a.wire != b.wire && a.track.is_some() && a.track <= b.track;

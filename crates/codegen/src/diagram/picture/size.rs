@@ -1,4 +1,4 @@
-//! How large a block is, and where its ports are.
+//! Size of a block, and positions of its ports.
 
 use super::written::{function_names, port_name, short_name};
 use super::{Element, Entry};
@@ -59,7 +59,7 @@ pub(super) fn size(page: &Page, element: &mut Element) {
             Kind::Sign => (38.0, 38.0, vec![19.0], vec![19.0; outs]),
             Kind::Switch => {
                 let middle = 10.0 + ROW;
-                // The mask in the middle. Parts of a bus that leave by themselves begin above it.
+                // The mask in the middle. Separate outputs of parts of a bus start above it.
                 let outputs = rows(middle - if outs > 1 { ROW } else { 0.0 }, outs);
                 (40.0, 20.0 + 2.0 * ROW, vec![middle, 10.0, middle + ROW], outputs)
             }

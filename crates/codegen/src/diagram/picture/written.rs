@@ -1,13 +1,13 @@
-//! What is written at the blocks of a page.
+//! Texts at the blocks of a page.
 
 use super::Entry;
 use crate::diagram::{Bound, End, Factor, Kind, Node, Page, Port, draw, formula, text};
 use crate::record::{Function, Id};
 
-/// Widest text that is written at a block; what is wider is named k and written below the picture.
+/// Widest text at a block; a wider one is named k and written below the picture.
 const WIDEST: f64 = 140.0;
 
-/// What is written at the blocks of a page.
+/// Texts at the blocks of a page.
 pub(super) struct Writer<'a> {
     pub(super) page: &'a Page<'a>,
     /// The names of all pages.
@@ -20,7 +20,7 @@ impl Writer<'_> {
         formula(self.page.step, id, &|_| None)
     }
 
-    /// As it is, or as a coefficient where it is long.
+    /// The text, or a coefficient if it is long.
     fn short(&mut self, text: String) -> String {
         if text::width(&text) <= WIDEST {
             return text;
@@ -150,12 +150,12 @@ fn applied(function: Function) -> &'static str {
     }
 }
 
-/// What a port of a box is called.
+/// Name of a port of a box.
 pub(in crate::diagram) fn port_name(port: &Port) -> String {
     if port.symbol.is_empty() { port.name.clone() } else { port.symbol.clone() }
 }
 
-/// What the signals at the inputs of a function are called: as elsewhere, else u.
+/// Names of the signals at the inputs of a function: as elsewhere, else u.
 pub(in crate::diagram) fn function_names(page: &Page, inputs: &[Entry]) -> Vec<String> {
     let name = |(number, entry): (usize, &Entry)| match entry {
         Entry::Text(text) => text.clone(),
@@ -167,13 +167,13 @@ pub(in crate::diagram) fn function_names(page: &Page, inputs: &[Entry]) -> Vec<S
     inputs.iter().enumerate().map(name).collect()
 }
 
-/// A name that fits beside a port.
+/// A name that fits next to a port.
 pub(in crate::diagram) fn short_name(page: &Page, end: End) -> String {
     let name = draw::name(page, end);
     if text::width(&name) > WIDEST / 2.0 { name.rsplit('.').next().unwrap_or_default().into() } else { name }
 }
 
-/// What a function computes from what enters it.
+/// The formula of a function of its inputs.
 pub(in crate::diagram) fn function_formula(page: &Page, inputs: &[Entry], result: Id) -> String {
     let names = function_names(page, inputs);
     let known = |id: Id| {

@@ -1,4 +1,4 @@
-//! Which value has which address. There is no memory behind it: an address is looked up here, or it is none.
+//! Addresses of the values. They are virtual: an address is looked up here, or it is invalid.
 
 mod tables;
 
@@ -8,11 +8,11 @@ use stickslip_core::fields::{Field, Variant};
 
 use stickslip_base::parameters::{Entry, Value, number};
 
-/// Where the measurements begin; the first is the number of the cycle.
+/// Start of the measurements; the first is the number of the cycle.
 pub const MEASUREMENTS: u32 = 0x1000_0000;
-/// Where the segment of the parameters begins.
+/// Start of the segment of the parameters.
 pub const PARAMETERS: u32 = 0x2000_0000;
-/// Where the identification of the layout stands.
+/// Address of the identification of the layout.
 pub const EPK: u32 = 0x3000_0000;
 /// Bytes of a value: all are double precision.
 pub const SIZE: u32 = 8;
@@ -22,23 +22,23 @@ pub const SIZE: u32 = 8;
 pub struct Cell {
     /// Dotted path of a parameter, name of a signal.
     pub path: String,
-    /// Of its first byte.
+    /// Address of its first byte.
     pub address: u32,
     /// As in an equation; may be empty.
     pub symbol: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// What it is.
+    /// Description.
     pub help: &'static str,
     /// Smallest value that may be written.
     pub minimum: f64,
     /// Largest one.
     pub maximum: f64,
-    /// What it stands for.
+    /// Kind of the value.
     pub content: Content,
 }
 
-/// What the number in a cell stands for.
+/// Kind of the number in a cell.
 #[derive(Clone, Copy, Debug)]
 pub enum Content {
     /// Any number.
@@ -47,18 +47,18 @@ pub enum Content {
     Whole,
     /// 0 or 1.
     Flag,
-    /// The place of a variant among its like.
+    /// The index of a variant.
     Choice(&'static [Variant]),
 }
 
-/// A parameter that may change while the bench runs.
+/// A parameter that may be changed while the bench runs.
 #[derive(Clone, Debug)]
 pub struct Parameter {
     /// Its cell.
     pub cell: Cell,
-    /// What stands there while a variant without it is chosen.
+    /// Its value while a variant without it is chosen.
     pub default: f64,
-    /// The variants that have it, of which one must be chosen; none: it is always there.
+    /// The variants that have it, of which one must be chosen; empty if it always exists.
     owners: Vec<(String, String)>,
     /// Its field, for its text.
     field: Option<&'static Field>,
@@ -66,27 +66,26 @@ pub struct Parameter {
     list: Option<(String, usize, usize)>,
 }
 
-/// All values with their addresses, and what tells this layout from others.
+/// All values with their addresses, and the identification of the layout.
 #[derive(Clone, Debug)]
 pub struct Layout {
-    /// What every cycle leaves, the number of the cycle first.
+    /// The signals of every cycle, the number of the cycle first.
     pub measurements: Vec<Cell>,
-    /// What may be changed.
+    /// The parameters.
     pub parameters: Vec<Parameter>,
     /// Ticks in a second [Hz].
     pub rate: f64,
-    /// A hash over the layout, this version and the rate: a description that does not have it is not of this bench.
+    /// A hash over the layout, this version and the rate: a description with another hash is not for this bench.
     pub epk: String,
 }
 
 impl Layout {
-    /// Of a bench with so many ticks a second [Hz]. All presets have the same.
+    /// The layout of a bench with this tick rate [Hz]. It is the same for all presets.
     pub fn new(rate: f64) -> Self {
         Self::with(rate, &[])
     }
 
-    /// The same with what a bench has besides its preset: of all values of such a bench, those that no preset has come
-    /// last.
+    /// The same with the additional values of a bench, which no preset has; they come last.
     pub fn with(rate: f64, entries: &[Entry]) -> Self {
         let parameters = tables::parameters(entries);
         let mut layout = Layout { measurements: tables::measurements(), parameters, rate, epk: String::new() };
@@ -101,7 +100,7 @@ impl Layout {
         (index < self.parameters.len()).then_some((index, (offset % SIZE) as usize))
     }
 
-    /// So many measurements from an address on: the index of the first.
+    /// The index of the first of `count` measurements from an address.
     pub fn measurement_at(&self, address: u32, count: usize) -> Option<usize> {
         let offset = address.checked_sub(MEASUREMENTS).filter(|offset| offset.is_multiple_of(SIZE))?;
         let first = (offset / SIZE) as usize;
@@ -110,8 +109,8 @@ impl Layout {
 
     /// The values of the parameters in a set, in the order of their addresses.
     pub fn values(&self, entries: &[Entry]) -> Vec<f64> {
-        let known: HashMap<&str, Value> = entries.iter().map(|entry| (entry.path.as_str(), entry.value)).collect();
-        let value = |parameter: &Parameter| match (known.get(parameter.cell.path.as_str()), parameter.cell.content) {
+        let by_path: HashMap<&str, Value> = entries.iter().map(|entry| (entry.path.as_str(), entry.value)).collect();
+        let value = |parameter: &Parameter| match (by_path.get(parameter.cell.path.as_str()), parameter.cell.content) {
             (Some(Value::Number(value)), _) => *value,
             (Some(Value::Variant(name)), Content::Choice(variants)) => {
                 variants.iter().position(|variant| variant.name == *name).map_or(f64::NAN, |place| place as f64)
@@ -121,7 +120,7 @@ impl Layout {
         self.parameters.iter().map(value).collect()
     }
 
-    /// Whether a parameter exists where these are the values.
+    /// Whether a parameter exists with these values.
     pub fn exists(&self, index: usize, values: &[f64]) -> bool {
         let owners = &self.parameters[index].owners;
         let chosen = |(tag, name): &(String, String)| {
@@ -133,18 +132,19 @@ impl Layout {
         owners.is_empty() || owners.iter().any(chosen)
     }
 
-    /// What makes `to` of `from` as changes of a file, paths and values; only these parameters are looked at.
+    /// The changes from `from` to `to` as paths and values of a file; only these parameters are compared.
     pub fn changes(&self, from: &[f64], to: &[f64], looked_at: impl Fn(usize) -> bool) -> Vec<(String, String)> {
         let other = |index: usize| from[index].to_bits() != to[index].to_bits();
-        // Another variant begins with its own defaults: then all that depends on one is said.
+        // Another variant starts with its own defaults: then all values that depend on a variant are listed.
         let another = self.indices().any(|i| self.is_choice(i) && looked_at(i) && other(i));
-        let wanted = |&index: &usize| {
-            let said = other(index) || another && !self.is_choice(index) && !self.parameters[index].owners.is_empty();
-            said && looked_at(index)
+        let included = |&index: &usize| {
+            let listed = other(index) || another && !self.is_choice(index) && !self.parameters[index].owners.is_empty();
+            listed && looked_at(index)
         };
         let mut changes = BTreeMap::new();
-        for index in self.indices().filter(wanted) {
-            // What no chosen variant has is said only where somebody asks for it alone, and is then refused by name.
+        for index in self.indices().filter(included) {
+            // A value that no chosen variant has is listed only in a request without a new variant, and is then refused
+            // with its path.
             if another && !self.exists(index, to) {
                 continue;
             }
@@ -171,7 +171,7 @@ impl Layout {
         matches!(self.parameters[index].cell.content, Content::Choice(_))
     }
 
-    /// A value as in a file; none where a choice has no such variant.
+    /// A value as in a file; `None` if a choice has no such variant.
     fn text(&self, index: usize, value: f64) -> Option<String> {
         let parameter = &self.parameters[index];
         match (parameter.cell.content, parameter.field) {

@@ -48,13 +48,13 @@ pub(super) fn measurements() -> Vec<Cell> {
     std::iter::once(cycle).chain(channels().into_iter().enumerate().map(cell)).collect()
 }
 
-/// All that any variant has, so that a layout does not depend on what is chosen.
+/// The parameters of all variants, so that a layout does not depend on the choices.
 pub(super) fn parameters(entries: &[Entry]) -> Vec<Parameter> {
     let mut all = of_presets();
-    // What a preset may have in another variant, or has and keeps, is no addition.
+    // Values of presets, in any variant, are not additional.
     let additions = entries.iter().filter(|entry| tuning::is_of_it(&entry.path));
     let mut names = BTreeSet::new();
-    // Two that a description cannot tell from each other are one too many.
+    // Two parameters with the same name in a description would be ambiguous.
     for entry in additions.filter(|entry| names.insert(name(&entry.path))) {
         let field = entry.field;
         let (content, maximum) = match entry.value {
@@ -102,7 +102,7 @@ fn of_presets() -> Vec<Parameter> {
                 address: address(PARAMETERS, all.len()),
                 symbol: row.field.map_or("", |field| field.symbol),
                 unit: row.field.map_or("1", |field| field.unit),
-                help: row.field.map_or("What is chosen.", |field| field.help),
+                help: row.field.map_or("The chosen variant.", |field| field.help),
                 minimum: row.field.map_or(0.0, |field| field.minimum.max(f64::MIN)),
                 maximum: row.field.map_or(last, |field| field.maximum.min(f64::MAX)),
                 content: row.field.map_or(Content::Choice(row.variants), content),
@@ -121,7 +121,7 @@ fn of_presets() -> Vec<Parameter> {
 }
 
 impl Parameter {
-    /// Another variant has it as well: its range is whatever either allows, the reader of the set knows which.
+    /// Another variant has it as well: its range is the union of both; the reader of the set checks the correct one.
     fn shared_with(&mut self, field: Option<&'static Field>, owner: Option<(String, String)>) {
         if let Some(field) = field {
             self.cell.minimum = self.cell.minimum.min(field.minimum.max(f64::MIN));

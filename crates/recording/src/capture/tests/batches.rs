@@ -17,36 +17,36 @@ proptest! {
         takes in prop::collection::vec(any::<bool>(), 200),
     ) {
         let (mut stream, tap) = stream_into(Batches::new(vec![0], room, LIMIT).unwrap());
-        let mut taken: Vec<Batch> = Vec::new();
+        let mut batches_taken: Vec<Batch> = Vec::new();
         for ((cycle, value), takes) in rows.iter().zip(&takes) {
             stream.push(*cycle, &[*value]).unwrap();
             let batches = stream.get_mut(&tap).unwrap();
             prop_assert!(batches.account().balances());
             if *takes {
-                taken.extend(std::iter::from_fn(|| batches.take()));
+                batches_taken.extend(std::iter::from_fn(|| batches.take()));
             }
         }
         let mut batches = stream.remove(tap).unwrap();
-        taken.extend(std::iter::from_fn(|| batches.take()));
+        batches_taken.extend(std::iter::from_fn(|| batches.take()));
         let mut next = rows[0].0;
-        for batch in &taken {
+        for batch in &batches_taken {
             prop_assert_eq!(batch.from, next + batch.missing);
             prop_assert!(batch.rows() > 0 && batch.rows() <= room.max(1));
             next = batch.from + batch.rows() as u64;
             for (cycle, value) in (batch.from..).zip(batch.column(0)) {
-                let known = rows.iter().find(|row| row.0 == cycle).unwrap().1;
-                prop_assert!(known == value || known.is_nan() && value.is_nan());
+                let expected = rows.iter().find(|row| row.0 == cycle).unwrap().1;
+                prop_assert!(expected == value || expected.is_nan() && value.is_nan());
             }
         }
-        prop_assert_eq!(next, rows.last().unwrap().0 + 1, "the newest row is always there");
-        let missing: u64 = taken.iter().map(|batch| batch.missing).sum();
+        prop_assert_eq!(next, rows.last().unwrap().0 + 1, "the newest row is always available");
+        let missing: u64 = batches_taken.iter().map(|batch| batch.missing).sum();
         let account = batches.account();
         prop_assert_eq!(missing, account.discarded + account.lost);
     }
 }
 
 #[test]
-fn the_signals_of_a_batch_are_columns_in_the_order_that_was_asked_for() {
+fn the_signals_of_a_batch_are_columns_in_the_requested_order() {
     let mut stream = Stream::new(3);
     let tap = stream.add(Batches::new(vec![2, 0], 100, LIMIT).unwrap()).unwrap();
     for cycle in 7..10 {

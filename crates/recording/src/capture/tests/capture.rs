@@ -28,7 +28,7 @@ fn segments(capture: Capture, cycles: impl IntoIterator<Item = u64>) -> Vec<Segm
 }
 
 #[test]
-fn the_trigger_is_at_the_stated_row_with_the_asked_for_ticks_around_it() {
+fn the_trigger_is_at_the_stated_row_with_the_requested_ticks_around_it() {
     let shot = capture(plan(100, 50, 1, Keep::First(1)), "v rises through 1000");
     let segment = &segments(shot, 0..5000)[0];
     assert_eq!(segment.cycles, (900..=1050).collect::<Vec<_>>());
@@ -47,18 +47,18 @@ fn a_decimated_segment_is_even_and_has_its_trigger_on_a_row() {
 }
 
 #[test]
-fn a_trigger_that_comes_early_says_how_much_is_missing_before_it() {
+fn an_early_trigger_has_the_number_of_missing_ticks() {
     let shot = capture(plan(100, 0, 1, Keep::First(1)), "v rises through 30");
     let segment = &segments(shot, 10..50)[0];
     assert_eq!((segment.trigger, segment.from, segment.missing), (20, 10, 80));
 }
 
 #[test]
-fn lost_rows_are_where_the_segment_says() {
+fn gaps_are_at_the_lost_rows() {
     let shot = capture(plan(5, 5, 3, Keep::First(1)), "v rises through 9");
     let arrived = [0, 1, 2, 3, 6, 7, 10, 11, 13, 14, 17, 18];
     let segment = &segments(shot, arrived)[0];
-    // 8 and 9 are lost: the edge may have been there, and the first row that shows it is 10.
+    // 8 and 9 are lost: the edge may have been there; the first row after it is 10.
     assert_eq!((segment.event, segment.event_lost, segment.cycles[segment.trigger]), (Some(10), 2, 10));
     let gaps = [(5, 1), (8, 2), (12, 1), (15, 1)].map(|(cycle, lost)| Gap { cycle, lost });
     assert_eq!((segment.from, segment.to, &segment.gaps[..]), (5, 15, &gaps[..]));
@@ -66,7 +66,7 @@ fn lost_rows_are_where_the_segment_says() {
 }
 
 #[test]
-fn rows_that_are_lost_right_after_a_capture_was_added_are_lost_not_missing() {
+fn rows_lost_immediately_after_a_capture_was_added_are_lost_not_missing() {
     let mut stream = Stream::new(1);
     stream.push(0, &[0.0]).unwrap();
     let tap = stream.add(capture(plan(3, 0, 1, Keep::First(1)), "v is 5")).unwrap();
@@ -97,7 +97,7 @@ fn a_delay_moves_the_trigger_and_a_hold_off_forgets_events() {
 }
 
 #[test]
-fn without_an_event_an_automatic_trigger_comes_by_itself() {
+fn without_an_event_an_automatic_trigger_follows() {
     let auto = capture(plan(3, 2, 1, Keep::First(3)), "v rises through 14, auto 10");
     let triggers = segments(auto, 0..50).iter().map(|s| (s.cycles[s.trigger], s.event)).collect::<Vec<_>>();
     assert_eq!(triggers, [(10, None), (14, Some(14)), (27, None)]);
@@ -117,7 +117,7 @@ fn stages_follow_each_other() {
 }
 
 #[test]
-fn the_latest_segments_replace_those_that_nobody_took() {
+fn the_latest_segments_replace_those_that_were_not_taken() {
     let (mut stream, tap) = stream_into(capture(plan(0, 0, 1, Keep::Latest(2)), "v above 2"));
     for cycle in 0..8 {
         stream.push(cycle, &[cycle as f64]).unwrap();
@@ -135,7 +135,9 @@ fn a_plan_above_its_limit_is_refused_with_both_numbers() {
     let trigger: Trigger = "immediate".parse().unwrap();
     assert!(Capture::new(plan.clone(), &trigger, &["v"], bytes).is_ok());
     let message = Capture::new(plan.clone(), &trigger, &["v"], bytes - 1).unwrap_err().to_string();
-    assert!(message.starts_with(&format!("the capture would take {bytes} bytes, {} are allowed.", bytes - 1)));
+    assert!(
+        message.starts_with(&format!("the capture would require {bytes} bytes; the limit is {} bytes.", bytes - 1))
+    );
     let endless = Plan { before: u64::MAX, after: u64::MAX, keep: Keep::Latest(usize::MAX), ..plan };
     assert!(matches!(
         Capture::new(endless, &trigger, &["v"], usize::MAX).as_ref().err().and_then(|error| error.of()),
@@ -158,28 +160,28 @@ fn a_plan_that_keeps_nothing_is_refused() {
 }
 
 #[test]
-fn memory_stays_within_what_was_stated() {
+fn memory_stays_within_the_stated_limit() {
     for (keep, segments) in [(Keep::First(1), 1), (Keep::Latest(1), 2), (Keep::Latest(3), 4)] {
         let plan = Plan { signals: vec![0; 20], ..plan(1000, 1000, 1, keep) };
         let (bytes, history) = (plan.bytes(), 1000 * 8 * 21);
         let (mut stream, tap) = stream_into(capture(plan, "immediate, delay 1000"));
-        // Each second row is lost: the most gaps that there can be. The last segment is almost full.
+        // Each second row is lost: the largest possible number of gaps. The last segment is almost full.
         for cycle in (0..2001 * 4 - 2).step_by(2) {
             stream.push(cycle, &[0.0]).unwrap();
         }
         let capture = stream.get(&tap).unwrap();
-        let found: Vec<_> = capture.segments().chain(capture.growing()).collect();
-        let taken = |segment: &&Segment| {
+        let actual: Vec<_> = capture.segments().chain(capture.growing()).collect();
+        let size = |segment: &&Segment| {
             let columns: usize = segment.columns.iter().map(|column| 24 + 8 * column.capacity()).sum();
             8 * segment.cycles.capacity() + columns + 16 * segment.gaps.capacity() + size_of::<Segment>()
         };
-        let taken = found.iter().map(taken).sum::<usize>() + history;
-        assert_eq!(found.len(), segments);
-        assert!(taken as u128 <= bytes, "{taken} of {bytes} with {keep:?}");
+        let size = actual.iter().map(size).sum::<usize>() + history;
+        assert_eq!(actual.len(), segments);
+        assert!(size as u128 <= bytes, "{size} of {bytes} with {keep:?}");
     }
 }
 
-/// What of the rows makes the segments by definition, with the rows in the history afterwards.
+/// The segments by definition, and the rows in the history afterwards.
 fn by_definition(
     rows: &[(u64, f64)],
     plan: &Plan,
@@ -188,14 +190,14 @@ fn by_definition(
     auto: Option<u64>,
 ) -> (Vec<Expected>, u64) {
     let came = |from: u64, to: u64| rows.iter().map(|row| row.0).filter(move |&cycle| from <= cycle && cycle <= to);
-    let (mut segments, mut seen, mut quiet) = (Vec::new(), rows[0].0, 0);
+    let (mut segments, mut first, mut quiet) = (Vec::new(), rows[0].0, 0);
     loop {
-        // "v rises through 0": from less to as much or more, with NaN passed over.
+        // "v rises through 0": from less to as much or more, with NaN ignored.
         let numbers: Vec<_> = rows.iter().filter(|row| !row.1.is_nan()).collect();
         let mut events = numbers.windows(2).filter(|pair| pair[0].1 < 0.0 && pair[1].1 >= 0.0).map(|pair| pair[1].0);
-        let event = events.find(|&cycle| cycle >= seen && cycle >= quiet);
-        let by_itself = auto.and_then(|ticks| came(seen + ticks, u64::MAX).next());
-        let (event, trigger) = match (event, by_itself) {
+        let event = events.find(|&cycle| cycle >= first && cycle >= quiet);
+        let automatic = auto.and_then(|ticks| came(first + ticks, u64::MAX).next());
+        let (event, trigger) = match (event, automatic) {
             (event, Some(cycle)) if event.is_none_or(|event| cycle < event) => (None, cycle),
             (Some(event), _) => {
                 quiet = event + hold_off + 1;
@@ -206,17 +208,17 @@ fn by_definition(
             }
             _ => break,
         };
-        let (from, to) = (trigger.saturating_sub(plan.before).max(seen), trigger + plan.after);
-        let kept = came(from, to).filter(|cycle| cycle.abs_diff(trigger) % plan.decimation == 0).collect();
+        let (from, to) = (trigger.saturating_sub(plan.before).max(first), trigger + plan.after);
+        let stored = came(from, to).filter(|cycle| cycle.abs_diff(trigger) % plan.decimation == 0).collect();
         let last = rows[rows.len() - 1].0;
         let lost = (from..=to.min(last)).filter(|&cycle| came(cycle, cycle).next().is_none()).collect();
-        segments.push(Expected { event, trigger, from, to, kept, lost });
-        seen = to + 1;
+        segments.push(Expected { event, trigger, from, to, stored, lost });
+        first = to + 1;
         if to > last || matches!(plan.keep, Keep::First(most) if segments.len() == most) {
             return (segments, 0);
         }
     }
-    (segments, (came(seen, u64::MAX).count() as u64).min(plan.before))
+    (segments, (came(first, u64::MAX).count() as u64).min(plan.before))
 }
 
 struct Expected {
@@ -224,7 +226,7 @@ struct Expected {
     trigger: u64,
     from: u64,
     to: u64,
-    kept: Vec<u64>,
+    stored: Vec<u64>,
     lost: Vec<u64>,
 }
 
@@ -250,21 +252,21 @@ proptest! {
         let capture = stream.remove(tap).unwrap();
         let (expected, history) = by_definition(&rows, &plan, hold_off, delay, auto);
         let produced = rows[rows.len() - 1].0 - rows[0].0 + 1;
-        let rows_kept: usize = capture.segments().chain(capture.growing()).map(Segment::rows).sum();
+        let rows_stored: usize = capture.segments().chain(capture.growing()).map(Segment::rows).sum();
         let account = capture.account();
         prop_assert_eq!((account.produced, account.lost), (produced, produced - rows.len() as u64));
-        prop_assert_eq!(account.stored, rows_kept as u64 + history);
+        prop_assert_eq!(account.stored, rows_stored as u64 + history);
 
-        let found: Vec<_> = capture.segments().chain(capture.growing()).collect();
+        let actual: Vec<_> = capture.segments().chain(capture.growing()).collect();
         let open = usize::from(capture.growing().is_some());
-        let gone = if latest { (expected.len() - open).saturating_sub(segments) } else { 0 };
-        prop_assert_eq!(found.len(), expected.len() - gone);
-        for (segment, expected) in found.iter().zip(&expected[gone..]) {
+        let dropped = if latest { (expected.len() - open).saturating_sub(segments) } else { 0 };
+        prop_assert_eq!(actual.len(), expected.len() - dropped);
+        for (segment, expected) in actual.iter().zip(&expected[dropped..]) {
             prop_assert_eq!(segment.event, expected.event);
             prop_assert_eq!(segment.cycles[segment.trigger], expected.trigger);
             prop_assert_eq!((segment.from, segment.to), (expected.from, expected.to));
             prop_assert_eq!(segment.missing, before - (expected.trigger - expected.from));
-            prop_assert_eq!(&segment.cycles, &expected.kept);
+            prop_assert_eq!(&segment.cycles, &expected.stored);
             let lost: Vec<_> = segment.gaps.iter().flat_map(|gap| gap.cycle..gap.cycle + gap.lost).collect();
             prop_assert_eq!(&lost, &expected.lost);
             for (cycle, value) in segment.cycles.iter().zip(&segment.columns[0]) {

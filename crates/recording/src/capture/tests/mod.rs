@@ -1,4 +1,4 @@
-//! What the module promises, held against definitions by sets and by brute force.
+//! Tests of the module against definitions by sets and by brute force.
 
 mod batches;
 mod capture;
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 
 use super::{Extremes, Sink, Stream, Tap};
 
-/// Cycles with gaps, and a value of each: few values, so that levels are met exactly, and NaN.
+/// Cycles with gaps, and a value of each: few values, so that levels are reached exactly, and NaN.
 fn rows(most: usize) -> impl Strategy<Value = Vec<(u64, f64)>> {
     let lost = prop_oneof![12 => Just(0_u64), 2 => 1..4_u64, 1 => 4..40_u64];
     let value = prop_oneof![12 => (-4..=4_i32).prop_map(|n| f64::from(n) / 2.0), 1 => Just(f64::NAN)];

@@ -8,7 +8,7 @@ use crate::capture::{Extremes, Pyramid, Sink};
 const LIMIT: usize = 1 << 24;
 
 #[test]
-fn a_whole_history_is_as_many_points_as_a_screen_has_and_hides_no_spike() {
+fn a_whole_history_has_the_points_of_a_screen_and_keeps_every_spike() {
     let (mut stream, tap) = stream_into(Pyramid::new(vec![0], 1 << 16, LIMIT).unwrap());
     let spike = 41_234;
     for cycle in 0..60_000 {
@@ -37,7 +37,7 @@ fn before_the_first_row_and_without_points_there_is_nothing() {
     assert_eq!(pyramid.query(0..9, 5).len(), 1);
 }
 
-/// Cycles of a history in which now and then more is lost than it holds.
+/// Cycles of a history with occasional losses longer than its capacity.
 fn long_rows() -> impl Strategy<Value = Vec<(u64, f64)>> {
     (rows(400), prop::option::of((0..400_usize, 0..2000_u64))).prop_map(|(mut rows, pause)| {
         if let Some((from, lost)) = pause {
@@ -59,20 +59,20 @@ proptest! {
             prop_assert!(stream.get(&tap).unwrap().account().balances());
         }
         let pyramid = stream.remove(tap).unwrap();
-        let known = pyramid.cycles();
+        let available = pyramid.cycles();
         let newest = rows[rows.len() - 1].0;
-        prop_assert_eq!(known.end, newest + 1);
-        // All that the ring holds, since the first row after a gap that is longer than it.
+        prop_assert_eq!(available.end, newest + 1);
+        // All cycles of the ring, since the first row after a gap that is longer than the ring.
         let room = ticks.next_power_of_two().max(8);
         let gap = rows.windows(2).rev().find(|pair| pair[1].0 - pair[0].0 > room);
-        prop_assert_eq!(known.start, gap.map_or(rows[0].0, |pair| pair[1].0).max((newest + 1).saturating_sub(room)));
-        let inside = rows.iter().filter(|row| known.contains(&row.0)).count() as u64;
+        prop_assert_eq!(available.start, gap.map_or(rows[0].0, |pair| pair[1].0).max((newest + 1).saturating_sub(room)));
+        let inside = rows.iter().filter(|row| available.contains(&row.0)).count() as u64;
         prop_assert_eq!(pyramid.account().stored, inside);
 
         for (from, length, points) in queries {
-            let asked = from..from + length;
-            let blocks = pyramid.query(asked.clone(), points);
-            let span = asked.start.max(known.start)..asked.end.min(known.end);
+            let request = from..from + length;
+            let blocks = pyramid.query(request.clone(), points);
+            let span = request.start.max(available.start)..request.end.min(available.end);
             prop_assert_eq!(blocks.is_empty(), span.is_empty() || points == 0);
             prop_assert!(blocks.len() <= points);
             let Some(last) = blocks.last() else { continue };

@@ -29,7 +29,7 @@ impl Sink for Counter {
 }
 
 #[test]
-fn a_row_that_does_not_fit_is_refused_and_no_sink_has_seen_it() {
+fn an_invalid_row_is_refused_and_no_sink_gets_it() {
     let (mut stream, tap) = stream_into(Counter::default());
     stream.push(5, &[0.0]).unwrap();
     for cycle in [5, 4] {
@@ -47,7 +47,7 @@ fn a_row_that_does_not_fit_is_refused_and_no_sink_has_seen_it() {
 }
 
 #[test]
-fn a_sink_that_looks_beyond_the_rows_is_refused() {
+fn a_sink_that_requires_more_signals_is_refused() {
     let mut stream = Stream::new(3);
     assert!(stream.add(Envelope::new(vec![2], 1, 1, LIMIT).unwrap()).is_ok());
     let refused = stream.add(Envelope::new(vec![3], 1, 1, LIMIT).unwrap());
@@ -55,19 +55,19 @@ fn a_sink_that_looks_beyond_the_rows_is_refused() {
 }
 
 #[test]
-fn a_tap_of_another_stream_opens_nothing() {
-    let mut here = Stream::new(1);
-    let (_, there) = stream_into(Counter::default());
-    assert!(here.get(&there).is_none() && here.get_mut(&there).is_none());
-    let tap = here.add(Pyramid::new(vec![0], 8, LIMIT).unwrap()).unwrap();
+fn a_tap_of_another_stream_has_no_effect() {
+    let mut this_stream = Stream::new(1);
+    let (_, other_tap) = stream_into(Counter::default());
+    assert!(this_stream.get(&other_tap).is_none() && this_stream.get_mut(&other_tap).is_none());
+    let tap = this_stream.add(Pyramid::new(vec![0], 8, LIMIT).unwrap()).unwrap();
     // The same number, but another kind of sink; it stays.
-    assert!(here.get(&there).is_none() && here.remove(there).is_none());
-    here.push(0, &[1.0]).unwrap();
-    assert_eq!(here.get(&tap).unwrap().cycles(), 0..1);
+    assert!(this_stream.get(&other_tap).is_none() && this_stream.remove(other_tap).is_none());
+    this_stream.push(0, &[1.0]).unwrap();
+    assert_eq!(this_stream.get(&tap).unwrap().cycles(), 0..1);
 }
 
 #[test]
-fn what_keeps_nothing_or_too_much_is_refused() {
+fn a_sink_without_rows_or_with_too_many_is_refused() {
     assert!(matches!(Envelope::new(Vec::new(), 1, 1, LIMIT), Err(Error::TooFew { .. })));
     assert!(matches!(Envelope::new(vec![0], 0, 1, LIMIT), Err(Error::TooFew { .. })));
     assert!(matches!(Envelope::new(vec![0], 1, 0, LIMIT), Err(Error::TooFew { .. })));
@@ -91,8 +91,9 @@ fn a_spike_of_one_tick_and_a_nan_are_both_in_their_point() {
     }
     let envelope = stream.get_mut(&tap).unwrap();
     let points = [envelope.take().unwrap(), envelope.take().unwrap()];
-    let found = points.each_ref().map(|point| (point.extremes[0].min, point.extremes[0].max, point.extremes[0].nan));
-    assert_eq!(found, [(0.0, 5.0, true), (0.0, 0.0, false)]);
+    let extremes_of_points =
+        points.each_ref().map(|point| (point.extremes[0].min, point.extremes[0].max, point.extremes[0].nan));
+    assert_eq!(extremes_of_points, [(0.0, 5.0, true), (0.0, 0.0, false)]);
 }
 
 #[test]
@@ -107,16 +108,16 @@ fn a_point_of_nothing_but_nan_is_nan() {
 #[test]
 fn a_point_comes_with_the_last_tick_of_its_window_and_marks_a_gap() {
     let (mut stream, tap) = stream_into(Envelope::new(vec![0], 4, 10, LIMIT).unwrap());
-    let mut taken = Vec::new();
+    let mut points_taken = Vec::new();
     for cycle in [2, 3, 4, 5, 14, 15] {
         stream.push(cycle, &[cycle as f64]).unwrap();
         let envelope = stream.get_mut(&tap).unwrap();
-        taken.extend(std::iter::from_fn(|| envelope.take()).map(|p| (cycle, p.from, p.to, p.rows, p.missing)));
+        points_taken.extend(std::iter::from_fn(|| envelope.take()).map(|p| (cycle, p.from, p.to, p.rows, p.missing)));
     }
-    assert_eq!(taken, [(3, 2, 3, 2, 0), (14, 4, 5, 2, 0), (15, 14, 15, 2, 8)]);
+    assert_eq!(points_taken, [(3, 2, 3, 2, 0), (14, 4, 5, 2, 0), (15, 14, 15, 2, 8)]);
 }
 
-/// What happens to an envelope after a row.
+/// Action on an envelope after a row.
 #[derive(Clone, Debug)]
 enum Act {
     Nothing,
@@ -127,7 +128,7 @@ enum Act {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
     #[test]
-    fn points_hold_every_sample_and_nothing_else(
+    fn points_have_every_sample_once(
         rows in rows(150), ticks in 1..20_u64, room in 1..6_usize,
         acts in prop::collection::vec(
             prop_oneof![8 => Just(Act::Nothing), 2 => Just(Act::Take), 1 => (1..20_u64).prop_map(Act::Ticks)], 150),
@@ -159,7 +160,7 @@ proptest! {
             prop_assert!(same(point.extremes[0], extremes(&samples)));
             prop_assert_eq!(point.rows, samples.len() as u64);
             prop_assert_eq!(point.last[0].to_bits(), samples[samples.len() - 1].to_bits());
-            // Each cycle is a row of a point or missing before its last one, so that nothing is dropped in silence.
+            // Each cycle is a row of a point or missing before its last one, so that every drop is counted.
             prop_assert_eq!(point.to + 1, next + point.missing + point.rows);
             next = point.to + 1;
             // No point holds ticks of two windows, or of two widths.
@@ -173,7 +174,7 @@ proptest! {
     }
 
     #[test]
-    fn sinks_that_come_and_go_each_have_an_exact_account(
+    fn added_and_removed_sinks_have_exact_accounts(
         rows in rows(100), visits in prop::collection::vec((0..100_usize, 0..100_usize), 1..5)
     ) {
         let mut stream = Stream::new(1);
@@ -192,7 +193,7 @@ proptest! {
         }
         for (&(come, stay), result) in visits.iter().zip(results) {
             let Some(account) = result else { continue };
-            // From the cycle after the newest row when it came, to the newest row when it went.
+            // From the cycle after the newest row at its addition, to the newest row at its removal.
             let begin = if come == 0 { rows[0].0 } else { rows[come - 1].0 + 1 };
             let end = if come + stay == 0 { begin } else { rows[come + stay - 1].0 + 1 };
             let produced = end - begin;

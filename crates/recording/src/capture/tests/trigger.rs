@@ -1,4 +1,4 @@
-//! The text of a trigger, and what is an event.
+//! The text of a trigger, and its events.
 
 use crate::RecordingError;
 use proptest::prelude::*;
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use crate::capture::detector::Detector;
 use crate::capture::{Account, Condition, Row, Side, Sink, Slope, Stream, Test, Trigger};
 
-/// Notes the cycles of events.
+/// Collects the cycles of events.
 struct Events {
     detector: Detector,
     events: Vec<u64>,
@@ -76,7 +76,7 @@ fn an_edge_has_come_from_beyond_its_hysteresis() {
 }
 
 #[test]
-fn nan_is_no_event_and_what_was_before_it_stays_known() {
+fn nan_is_not_an_event_and_does_not_change_the_memory() {
     let nan = f64::NAN;
     let values = [nan, 0.0, nan, 2.0, nan, 2.0, nan, 0.0, nan];
     for (trigger, expected) in [
@@ -107,30 +107,30 @@ fn infinite_values_are_values() {
 #[test]
 fn a_wrong_text_is_refused_with_column_reason_and_remedy() {
     for (text, column, part) in [
-        ("", 1, "it says nothing"),
-        ("v", 2, "what the signal does is missing"),
-        ("v rise through 1", 3, "`rise` is no verb. Did you mean `rises`?"),
-        ("v jumps 1", 3, "There are above, below,"),
+        ("", 1, "the text is empty"),
+        ("v", 2, "a verb is missing"),
+        ("v rise through 1", 3, "unknown verb `rise`. Did you mean `rises`?"),
+        ("v jumps 1", 3, "Use one of above, below,"),
         ("v rises 1", 9, "`through` is missing after `rises`"),
         ("v rises through", 16, "a number is missing after `through`"),
-        ("v above 20 mV", 12, "`mV` is too much"),
-        ("v above 20mV", 9, "\"20mV\" is no finite number"),
-        ("v above NaN", 9, "\"NaN\" is no finite number"),
-        ("v above 1,5", 11, "`5` is no option"),
+        ("v above 20 mV", 12, "unexpected `mV`"),
+        ("v above 20mV", 9, "\"20mV\" is not a finite number"),
+        ("v above NaN", 9, "\"NaN\" is not a finite number"),
+        ("v above 1,5", 11, "unknown option `5`"),
         ("v enters 1", 10, "a band is missing"),
         ("v enters", 9, "a band is missing"),
         ("v enters 2..1", 10, "the band 2..1 is empty"),
-        ("v leaves 0..1, hysteresis 0.6", 16, "Take at most half its width, 0.5."),
-        ("v becomes 2.5", 11, "\"2.5\" is no whole number"),
-        ("v changes 3", 11, "`3` is too much"),
+        ("v leaves 0..1, hysteresis 0.6", 16, "Use at most half its width, 0.5."),
+        ("v becomes 2.5", 11, "\"2.5\" is not a whole number"),
+        ("v changes 3", 11, "unexpected `3`"),
         ("v above 1, hysteresis 0.1", 12, "only edges and bands have a hysteresis"),
         ("v crosses 1, hysteresis -0.1", 14, "drop the sign"),
         ("v crosses 1, histeresis 0.1", 14, "Did you mean `hysteresis`?"),
         ("v crosses 1, delay 20 ms", 23, "times in ticks"),
         ("v crosses 1, delay 0.02", 20, "seconds times the tick rate"),
-        ("v crosses 1, delay 3, delay 4", 23, "delay is given twice"),
-        ("v crosses 1,", 13, "nothing stands after a comma"),
-        ("v, crosses 1", 2, "what the signal does is missing"),
+        ("v crosses 1, delay 3, delay 4", 23, "delay is stated twice"),
+        ("v crosses 1,", 13, "no option after a comma"),
+        ("v, crosses 1", 2, "a verb is missing"),
         ("\"v above 1", 1, "this quote is not closed"),
     ] {
         let error = text.parse::<Trigger>().unwrap_err();
@@ -144,20 +144,20 @@ fn a_wrong_text_is_refused_with_column_reason_and_remedy() {
 }
 
 #[test]
-fn a_signal_that_there_is_not_is_refused_with_the_one_most_like_it() {
+fn an_unknown_signal_is_refused_with_the_most_similar_one() {
     let refusal = |text: &str| {
         let trigger: Trigger = text.parse().unwrap();
         Detector::new(&trigger, &["velocity", "position"]).unwrap_err().to_string()
     };
-    assert!(refusal("velocty above 1").ends_with("there is no signal `velocty`. Did you mean `velocity`?"));
-    assert!(refusal("x above 1").ends_with("There are 2 signals, none is like it."));
+    assert!(refusal("velocty above 1").ends_with("unknown signal `velocty`. Did you mean `velocity`?"));
+    assert!(refusal("x above 1").ends_with("None of the 2 signals has a similar name."));
 }
 
 #[test]
-fn a_trigger_that_was_put_together_wrongly_is_refused_like_its_text() {
+fn an_invalid_trigger_is_refused_like_its_text() {
     let level = Test::Edge { slope: Slope::Rising, level: f64::NAN, hysteresis: 0.0 };
     let band = Test::Window { side: Side::Leaves, low: 0.0, high: 1.0, hysteresis: 0.6 };
-    for (test, part) in [(level, "\"NaN\" is no finite number"), (band, "nothing of the band is left")] {
+    for (test, part) in [(level, "\"NaN\" is not a finite number"), (band, "no part of the band is left")] {
         let trigger = Trigger::from(Condition::Signal { name: "v".into(), test });
         let message = Detector::new(&trigger, &["v"]).unwrap_err().to_string();
         assert!(message.contains(part), "{message}");
@@ -220,7 +220,7 @@ proptest! {
     fn no_text_makes_the_parser_panic(
         text in prop_oneof![any::<String>(), "[v\", .a-z0-9-]{0,30}", "v (enters|rises through|delay|,| |[-0-9.]{0,4}){0,8}"]
     ) {
-        // What is understood is also written.
+        // A parsed trigger can be written.
         if let Ok(trigger) = text.parse::<Trigger>() {
             prop_assert_eq!(trigger.to_string().parse::<Trigger>().ok(), Some(trigger));
         }

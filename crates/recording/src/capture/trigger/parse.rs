@@ -1,4 +1,4 @@
-//! Reads a trigger, and says what, where and how to mend.
+//! Parser of triggers; its errors have fault, column and remedy.
 
 use crate::RecordingError;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ const VERBS: [&str; 10] =
 const OPTIONS: [&str; 4] = ["hysteresis", "delay", "hold-off", "auto"];
 const EXAMPLE: &str = "Write it like `velocity rises through 0.1, hysteresis 0.02`, or `immediate`.";
 
-/// What is wrong, and in which column, counted from 1.
+/// A fault with its column, from 1.
 struct Fault {
     column: usize,
     fault: String,
@@ -50,20 +50,20 @@ impl FromStr for Trigger {
 fn trigger(text: &str) -> Parsed<Trigger> {
     let clauses = clauses(text)?;
     let mut trigger = Trigger::from(condition(&clauses[0])?);
-    let mut given: Vec<String> = Vec::new();
+    let mut value: Vec<String> = Vec::new();
     for clause in &clauses[1..] {
-        let Some((option, rest)) = clause.words.split_first() else {
-            return fault(clause.end, "nothing stands after a comma", format!("Remove it, or add {}.", list(&OPTIONS)));
+        let Some((option, remainder)) = clause.words.split_first() else {
+            return fault(clause.end, "no option after a comma", format!("Remove it, or add {}.", list(&OPTIONS)));
         };
-        if given.contains(&option.text) {
-            return fault(option.column, format!("{} is given twice", option.text), "Say it once.");
+        if value.contains(&option.text) {
+            return fault(option.column, format!("{} is stated twice", option.text), "State it once.");
         }
-        given.push(option.text.clone());
+        value.push(option.text.clone());
         match option.text.as_str() {
-            "hysteresis" => set_hysteresis(&mut trigger.condition, option, number(rest, option, clause.end)?)?,
-            "delay" => trigger.delay = ticks(rest, option, clause.end)?,
-            "hold-off" => trigger.hold_off = ticks(rest, option, clause.end)?,
-            "auto" => trigger.auto = Some(ticks(rest, option, clause.end)?),
+            "hysteresis" => set_hysteresis(&mut trigger.condition, option, number(remainder, option, clause.end)?)?,
+            "delay" => trigger.delay = ticks(remainder, option, clause.end)?,
+            "hold-off" => trigger.hold_off = ticks(remainder, option, clause.end)?,
+            "auto" => trigger.auto = Some(ticks(remainder, option, clause.end)?),
             _ => return unknown(option, "option", &OPTIONS),
         }
     }
@@ -71,19 +71,19 @@ fn trigger(text: &str) -> Parsed<Trigger> {
 }
 
 fn condition(clause: &Clause) -> Parsed<Condition> {
-    let (name, verb, rest) = match &clause.words[..] {
-        [] => return fault(1, "it says nothing", EXAMPLE),
+    let (name, verb, remainder) = match &clause.words[..] {
+        [] => return fault(1, "the text is empty", EXAMPLE),
         [word] if word.text == "immediate" => return Ok(Condition::Immediate),
-        [_] => return fault(clause.end, "what the signal does is missing", EXAMPLE),
-        [name, verb, rest @ ..] => (name, verb, rest),
+        [_] => return fault(clause.end, "a verb is missing", EXAMPLE),
+        [name, verb, remainder @ ..] => (name, verb, remainder),
     };
-    let level = || number(rest, verb, clause.end);
-    let through = |slope| match rest {
-        [word, rest @ ..] if word.text == "through" => {
-            Ok(Test::Edge { slope, level: number(rest, word, clause.end)?, hysteresis: 0.0 })
+    let level = || number(remainder, verb, clause.end);
+    let through = |slope| match remainder {
+        [word, remainder @ ..] if word.text == "through" => {
+            Ok(Test::Edge { slope, level: number(remainder, word, clause.end)?, hysteresis: 0.0 })
         }
         _ => {
-            let column = rest.first().map_or(clause.end, |word| word.column);
+            let column = remainder.first().map_or(clause.end, |word| word.column);
             fault(column, format!("`through` is missing after `{}`", verb.text), EXAMPLE)
         }
     };
@@ -93,13 +93,13 @@ fn condition(clause: &Clause) -> Parsed<Condition> {
         "rises" => through(Slope::Rising)?,
         "falls" => through(Slope::Falling)?,
         "crosses" => Test::Edge { slope: Slope::Both, level: level()?, hysteresis: 0.0 },
-        "enters" => window(Side::Enters, rest, clause.end)?,
-        "leaves" => window(Side::Leaves, rest, clause.end)?,
-        "is" => Test::Is(whole(rest, verb, clause.end)?),
-        "becomes" => Test::Becomes(whole(rest, verb, clause.end)?),
-        "changes" => match rest {
+        "enters" => window(Side::Enters, remainder, clause.end)?,
+        "leaves" => window(Side::Leaves, remainder, clause.end)?,
+        "is" => Test::Is(whole(remainder, verb, clause.end)?),
+        "becomes" => Test::Becomes(whole(remainder, verb, clause.end)?),
+        "changes" => match remainder {
             [] => Test::Changes,
-            [word, ..] => return fault(word.column, format!("`{}` is too much", word.text), "`changes` stands alone."),
+            [word, ..] => return fault(word.column, format!("unexpected `{}`", word.text), "`changes` has no number."),
         },
         _ => return unknown(verb, "verb", &VERBS),
     };
@@ -114,44 +114,44 @@ fn window(side: Side, words: &[Word], end: usize) -> Parsed<Test> {
     };
     let (low, high) = (finite(low, column)?, finite(high, column)?);
     if low > high {
-        return fault(column, format!("the band {low}..{high} is empty"), "Give the lower end first.");
+        return fault(column, format!("the band {low}..{high} is empty"), "State the lower end first.");
     }
     Ok(Test::Window { side, low, high, hysteresis: 0.0 })
 }
 
-/// A hysteresis belongs to edges and windows, and must leave something of the band that is left.
-fn set_hysteresis(condition: &mut Condition, option: &Word, given: f64) -> Parsed<()> {
-    if given < 0.0 {
-        return fault(option.column, format!("the hysteresis is {given}"), "It is a distance; drop the sign.");
+/// A hysteresis is for edges and bands, and must be smaller than half of a band that is left.
+fn set_hysteresis(condition: &mut Condition, option: &Word, value: f64) -> Parsed<()> {
+    if value < 0.0 {
+        return fault(option.column, format!("the hysteresis is {value}"), "It is a distance; drop the sign.");
     }
     match condition {
         Condition::Signal { test: Test::Window { side: Side::Leaves, low, high, .. }, .. }
-            if *low + given > *high - given =>
+            if *low + value > *high - value =>
         {
-            let remedy = format!("Take at most half its width, {}.", super::number(0.5 * (*high - *low)));
-            fault(option.column, format!("with hysteresis {given} nothing of the band is left to leave"), remedy)
+            let remedy = format!("Use at most half its width, {}.", super::number(0.5 * (*high - *low)));
+            fault(option.column, format!("with hysteresis {value} no part of the band is left"), remedy)
         }
         Condition::Signal { test: Test::Edge { hysteresis, .. } | Test::Window { hysteresis, .. }, .. } => {
-            *hysteresis = given;
+            *hysteresis = value;
             Ok(())
         }
         _ => fault(
             option.column,
             "only edges and bands have a hysteresis",
-            "Remove it, or say `rises through`, `falls through`, `crosses`, `enters` or `leaves`.",
+            "Remove it, or use `rises through`, `falls through`, `crosses`, `enters` or `leaves`.",
         ),
     }
 }
 
-/// The one word that belongs after `before`.
+/// The single word after `before`.
 fn single<'a>(words: &'a [Word], before: &Word, end: usize) -> Parsed<&'a Word> {
     match words {
         [word] => Ok(word),
         [] => fault(end, format!("a number is missing after `{}`", before.text), EXAMPLE),
         [_, word, ..] => fault(
             word.column,
-            format!("`{}` is too much", word.text),
-            "One number, without a unit: signals are in SI units, times in ticks; options follow after a comma.",
+            format!("unexpected `{}`", word.text),
+            "State one number without a unit: signals are in SI units, times in ticks; options follow after a comma.",
         ),
     }
 }
@@ -162,10 +162,10 @@ fn number(words: &[Word], before: &Word, end: usize) -> Parsed<f64> {
 }
 
 fn finite(text: &str, column: usize) -> Parsed<f64> {
-    // The true minus is what the bench itself prints.
+    // The bench prints the true minus.
     match text.replace('\u{2212}', "-").parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => fault(column, format!("\"{text}\" is no finite number"), "Write it like -0.5 or 2e-3, without a unit."),
+        _ => fault(column, format!("\"{text}\" is not a finite number"), "Write it like -0.5 or 2e-3, without a unit."),
     }
 }
 
@@ -173,7 +173,7 @@ fn whole(words: &[Word], before: &Word, end: usize) -> Parsed<i32> {
     let word = single(words, before, end)?;
     word.text.replace('\u{2212}', "-").parse().or_else(|_| {
         let remedy = "For other values write a band like `enters 2.4..2.6`.";
-        fault(word.column, format!("\"{}\" is no whole number of 32 bits", word.text), remedy)
+        fault(word.column, format!("\"{}\" is not a whole number of 32 bits", word.text), remedy)
     })
 }
 
@@ -181,20 +181,20 @@ fn ticks(words: &[Word], before: &Word, end: usize) -> Parsed<u64> {
     let word = single(words, before, end)?;
     word.text.parse().or_else(|_| {
         let remedy = "Times are in ticks: seconds times the tick rate.";
-        fault(word.column, format!("\"{}\" is no whole number of ticks", word.text), remedy)
+        fault(word.column, format!("\"{}\" is not a whole number of ticks", word.text), remedy)
     })
 }
 
-fn unknown<T>(word: &Word, what: &str, known: &[&str]) -> Parsed<T> {
-    let remedy = match nearest(&word.text, known.iter().copied()) {
+fn unknown<T>(word: &Word, what: &str, names: &[&str]) -> Parsed<T> {
+    let remedy = match nearest(&word.text, names.iter().copied()) {
         Some(nearest) => format!("Did you mean `{nearest}`?"),
-        None => format!("There are {}.", list(known)),
+        None => format!("Use one of {}.", list(names)),
     };
-    fault(word.column, format!("`{}` is no {what}", word.text), remedy)
+    fault(word.column, format!("unknown {what} `{}`", word.text), remedy)
 }
 
-fn list(known: &[&str]) -> String {
-    known.join(", ")
+fn list(names: &[&str]) -> String {
+    names.join(", ")
 }
 
 /// Splits at commas and spaces, except within double quotes.

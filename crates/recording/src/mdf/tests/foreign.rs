@@ -73,7 +73,7 @@ fn numbers_of_any_width_order_and_conversion_are_read() {
     let records = [record(100, -2, 1.5), record(1022 << 3 | 0b101, 6, -0.25)].concat();
     let plain = |blocks: &mut Blocks| blocks.push(b"DT", &[], &[&records]);
     let listed = |blocks: &mut Blocks| {
-        // A record may lie in two blocks.
+        // A record may be split over two blocks.
         let parts = [&records[..5], &records[5..]].map(|part| blocks.push(b"DT", &[], &[part]));
         let second = blocks.push(b"DL", &[0, parts[1]], &[&[0; 24]]);
         blocks.push(b"DL", &[second, parts[0]], &[&[0; 24]])
@@ -110,7 +110,7 @@ fn lists_of_asammdf_compressed_or_not_are_read() {
             let position = 0.1 * libm::sin(40.0 * (i as f64 * 1e-3));
             let [time, x, x32, lost] = [0, 1, 2, 3].map(|column| recording.columns()[column].values[i]);
             assert_eq!((time, x32), (i as f64 * 1e-3, f64::from(position as f32)), "{name} {i}");
-            // A count is a tenth of a millimetre; NumPy's sine is another one.
+            // A count is a tenth of a millimetre; NumPy's sine differs in the last bits.
             assert!((x - position).abs() < 0.51e-4, "{name} {i}: {x}");
             assert!(if i == 30 { lost.is_nan() } else { (lost - position).abs() < 1e-15 }, "{name} {i}: {lost}");
         }

@@ -1,4 +1,4 @@
-//! Files that are no recordings, or no longer.
+//! Files that are not recordings, or damaged.
 
 use proptest::prelude::{ProptestConfig, any, proptest};
 
@@ -8,20 +8,20 @@ use super::foreign::{cn, foreign};
 use super::*;
 
 #[test]
-fn what_is_not_read_is_named_with_what_to_do() {
+fn unsupported_files_are_reported_with_a_remedy() {
     let none = |_: &mut Blocks| 0;
     let one = |blocks: &mut Blocks| cn(blocks, 0, "x", [0, 0, 0], 0, 8, 0);
-    let refused = |file: Vec<u8>, says: &str| {
+    let refused = |file: Vec<u8>, part: &str| {
         let fault = contents(&file).unwrap_err();
-        assert!(fault.fault.contains(says) && !fault.remedy.is_empty(), "{fault:?}");
+        assert!(fault.fault.contains(part) && !fault.remedy.is_empty(), "{fault:?}");
     };
     refused(foreign(1, 1, one, |blocks| blocks.push(b"LD", &[], &[&[0; 8]])), "blocks of the kind LD");
     refused(foreign(1, 1, one, |blocks| blocks.push(b"DZ", &[], &[b"DT", &[2; 22]])), "method 2");
-    refused(foreign(1, 1, |blocks| cn(blocks, 0, "x", [0, 0, 0], 0, 8, 0), none), "says that it has more");
+    refused(foreign(1, 1, |blocks| cn(blocks, 0, "x", [0, 0, 0], 0, 8, 0), none), "fewer than stated");
     let narrow = |blocks: &mut Blocks| cn(blocks, 0, "x", [0, 4, 0], 0, 16, 0);
     refused(foreign(2, 0, narrow, none), "numbers of 16 bits");
     refused(foreign(1, 0, |blocks| cn(blocks, 0, "x", [0, 0, 0], 7, 8, 0), none), "outside its record");
-    refused(foreign(0, 1 << 40, |blocks| cn(blocks, 0, "x", [3, 0, 0], 0, 0, 0), none), "holds no bytes");
+    refused(foreign(0, 1 << 40, |blocks| cn(blocks, 0, "x", [3, 0, 0], 0, 0, 0), none), "has no bytes");
     // A list whose next is itself; a list that names one block twice.
     let circle = |blocks: &mut Blocks| {
         let own = blocks.end();
@@ -39,7 +39,7 @@ fn what_is_not_read_is_named_with_what_to_do() {
     refused(unsorted, "not sorted");
     let mut unfinished = foreign(1, 1, one, none);
     unfinished[..8].copy_from_slice(b"UnFinMF ");
-    refused(unfinished, "another program began it");
+    refused(unfinished, "another program started it");
     let mut old = foreign(1, 1, one, none);
     old[28..30].copy_from_slice(&330u16.to_le_bytes());
     refused(old, "this is MDF 3");

@@ -1,4 +1,4 @@
-//! Files that were not.
+//! Unfinished files.
 
 use super::super::recovery::repaired;
 use super::super::{Summary, read, recover};
@@ -13,14 +13,14 @@ fn a_file_cut_anywhere_gives_all_blocks_before_the_cut_and_no_wrong_sample() {
     let finished = disk.contents();
     for bytes in [&unfinished, &finished] {
         for end in 0..=bytes.len() {
-            let held = |end| lengths.iter().rev().find(|(length, _)| *length <= end).map(|(_, rows)| *rows);
-            match (repaired(&bytes[..end]), held(end)) {
-                (Ok(whole), Some(rows)) => {
-                    let read = contents(&whole).unwrap();
+            let rows_before = |end| lengths.iter().rev().find(|(length, _)| *length <= end).map(|(_, rows)| *rows);
+            match (repaired(&bytes[..end]), rows_before(end)) {
+                (Ok(complete), Some(rows)) => {
+                    let read = contents(&complete).unwrap();
                     let cycles = cycles(&read);
-                    // A block is whole without the zeros, at most seven, that fill it up.
-                    assert!(cycles.len() == rows || Some(cycles.len()) == held(end + 7), "cut at {end}");
-                    assert!(cycles.into_iter().zip(5..).all(|(cycle, wanted)| cycle == wanted), "cut at {end}");
+                    // A block is complete without its padding of at most seven zeros.
+                    assert!(cycles.len() == rows || Some(cycles.len()) == rows_before(end + 7), "cut at {end}");
+                    assert!(cycles.into_iter().zip(5..).all(|(cycle, expected)| cycle == expected), "cut at {end}");
                     assert!(read.events.len() + 1 >= rows / 10 && read.header == header(), "cut at {end}");
                 }
                 (Err(fault), None) => assert!(fault.fault.contains("it ends"), "{fault:?}"),
@@ -28,16 +28,16 @@ fn a_file_cut_anywhere_gives_all_blocks_before_the_cut_and_no_wrong_sample() {
             }
         }
     }
-    // A finished file that was cut is not taken for whole; one that was not finished is taken for what it is.
+    // A finished file that was cut is refused; an unfinished one is read as far as it goes.
     assert!(!contents(&unfinished).unwrap().finished);
     let cut = contents(&finished[..finished.len() - 8]).unwrap_err();
-    assert!(cut.fault.contains("no whole block") && cut.remedy.contains("copy it again"), "{cut:?}");
+    assert!(cut.fault.contains("no complete block") && cut.remedy.contains("copy it again"), "{cut:?}");
 }
 
 #[test]
 fn a_disk_that_fills_up_after_any_byte_leaves_all_that_was_flushed() {
-    let whole = full_disk();
-    small_run(&whole).1.finish().unwrap();
+    let complete = full_disk();
+    small_run(&complete).1.finish().unwrap();
     let mut torn = 0;
     for room in 0.. {
         let disk = Disk::with_room(room);
@@ -61,26 +61,26 @@ fn a_disk_that_fills_up_after_any_byte_leaves_all_that_was_flushed() {
             Ok(repaired) => {
                 let read = contents(&repaired).unwrap();
                 let rows = cycles(&read).len();
-                // A block is there before its link is, so that there may be one more than was promised.
+                // A block is written before its link, so that there may be one more than flushed.
                 assert!(rows == flushed || rows == flushed + 10, "{rows} of {flushed} after {room} bytes");
                 torn += usize::from(rows > flushed);
             }
             Err(fault) => assert!(flushed == 0 && fault.fault.contains("it ends"), "{room}: {fault:?}"),
         }
     }
-    // Within each of the four links of eight bytes the disk was full once a byte, or within zeros that fill a block.
+    // The disk was full once at each byte of the four links of eight bytes, or within the padding of a block.
     assert!((4 * 8..4 * 16).contains(&torn), "{torn}");
 }
 
 #[test]
-fn a_writer_goes_on_once_there_is_room() {
+fn a_writer_continues_when_there_is_space() {
     for room in (600..4_000).step_by(97) {
         let disk = Disk::with_room(room);
         let Ok(mut writer) = writer(&disk) else { continue };
-        let mut taken = Vec::new();
+        let mut recorded = Vec::new();
         for cycle in 0..2_000 {
             match writer.row(cycle, &values(cycle)) {
-                Ok(()) => taken.push(cycle),
+                Ok(()) => recorded.push(cycle),
                 Err(error) => assert!(error.to_string().contains("cannot write"), "{error}"),
             }
             if cycle == 1_500 {
@@ -91,9 +91,9 @@ fn a_writer_goes_on_once_there_is_room() {
         writer.finish().unwrap();
         let read = contents(&disk.contents()).unwrap();
         assert!(read.finished && read.events.len() == 1);
-        assert_eq!(cycles(&read), taken, "{room}");
-        // What waits for room is one block, of 400 rows.
-        assert!(taken.contains(&1_501) && (500..1_200).contains(&taken.len()), "{room}: {}", taken.len());
+        assert_eq!(cycles(&read), recorded, "{room}");
+        // One block of 400 rows waits for space.
+        assert!(recorded.contains(&1_501) && (500..1_200).contains(&recorded.len()), "{room}: {}", recorded.len());
     }
 }
 
@@ -132,13 +132,13 @@ fn recovery_in_place_finishes_a_file_and_changes_no_finished_one() {
 fn a_block_with_a_wrong_checksum_is_left_out_and_no_other() {
     let disk = full_disk();
     let (lengths, _writer) = small_run(&disk);
-    for broken in 0..4 {
+    for damaged in 0..4 {
         let mut bytes = disk.contents();
-        bytes[lengths[broken + 1].0 - 12] ^= 1;
+        bytes[lengths[damaged + 1].0 - 12] ^= 1;
         let repaired = repaired(&bytes).unwrap();
-        let wanted: Vec<u64> = (0..40).filter(|row| row / 10 != broken as u64).map(|row| row + 5).collect();
-        assert_eq!(cycles(&contents(&repaired).unwrap()), wanted);
-        // Marked as finished it is refused, not mended in silence.
+        let expected: Vec<u64> = (0..40).filter(|row| row / 10 != damaged as u64).map(|row| row + 5).collect();
+        assert_eq!(cycles(&contents(&repaired).unwrap()), expected);
+        // Marked as finished it is refused, not repaired silently.
         bytes[60] = 0;
         bytes[..8].copy_from_slice(b"MDF     ");
         assert!(contents(&bytes).unwrap_err().fault.contains("checksum"));

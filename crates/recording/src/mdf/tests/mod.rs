@@ -1,4 +1,4 @@
-//! What is written comes back, whatever interrupts the writer; hostile files are refused.
+//! Written data are recovered after any interruption of the writer; hostile files are refused.
 
 mod foreign;
 mod hostile;
@@ -41,12 +41,12 @@ impl Disk {
 impl Write for Disk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let mut room = self.room.lock().unwrap();
-        let taken = bytes.len().min(*room);
-        if taken == 0 && !bytes.is_empty() {
+        let accepted = bytes.len().min(*room);
+        if accepted == 0 && !bytes.is_empty() {
             return Err(ErrorKind::StorageFull.into());
         }
-        *room -= taken;
-        self.bytes.lock().unwrap().write(&bytes[..taken])
+        *room -= accepted;
+        self.bytes.lock().unwrap().write(&bytes[..accepted])
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -88,7 +88,7 @@ fn event(cycle: u64) -> Event {
     Event { cycle, name: "fault".into(), comment: "limit < 2 rad/s".into(), cause: Cause::Error }
 }
 
-/// Values that are hard to keep, and ordinary ones.
+/// Special values and ordinary ones.
 fn values(cycle: u64) -> [f64; 2] {
     let odd = [f64::NAN, -0.0, f64::INFINITY, 5e-324, -f64::MAX];
     [libm::sin(cycle as f64 * 0.37), odd.get(cycle as usize % 20).copied().unwrap_or(cycle as f64 * 0.1)]
@@ -98,7 +98,7 @@ fn writer(disk: &Disk) -> Result<Writer, Error> {
     Writer::on(Path::new("run.mf4"), Box::new(disk.clone()), &header(), &channels(), TICK_TIME)
 }
 
-/// Cycles recorded, after a check of all their values to the bit.
+/// The recorded cycles, after a check of all values to the bit.
 fn cycles(contents: &Contents) -> Vec<u64> {
     let [group] = &contents.groups[..] else { panic!("{} groups", contents.groups.len()) };
     let names: Vec<_> = group.signals.iter().map(|signal| signal.channel.name.as_str()).collect();
@@ -106,15 +106,15 @@ fn cycles(contents: &Contents) -> Vec<u64> {
     let [time, cycle, first, second] = &group.signals[..] else { panic!("four signals") };
     let cycles: Vec<u64> = cycle.values.iter().map(|cycle| *cycle as u64).collect();
     for (row, cycle) in cycles.iter().enumerate() {
-        let wanted = values(*cycle);
+        let expected = values(*cycle);
         assert_eq!(time.values[row], *cycle as f64 * TICK_TIME);
-        assert_eq!(first.values[row].to_bits(), wanted[0].to_bits(), "cycle {cycle}");
-        assert_eq!(second.values[row].to_bits(), wanted[1].to_bits(), "cycle {cycle}");
+        assert_eq!(first.values[row].to_bits(), expected[0].to_bits(), "cycle {cycle}");
+        assert_eq!(second.values[row].to_bits(), expected[1].to_bits(), "cycle {cycle}");
     }
     cycles
 }
 
-/// A small run: its cycles, and the length of the file behind each part of it with the rows that it then has.
+/// A small run: its cycles, and the length of the file after each part with its number of rows.
 fn small_run(disk: &Disk) -> (Vec<(usize, usize)>, Writer) {
     let mut writer = writer(disk).unwrap();
     let mut lengths = vec![(disk.contents().len(), 0)];

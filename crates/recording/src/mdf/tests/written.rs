@@ -1,11 +1,11 @@
-//! Files that were finished.
+//! Finished files.
 
 use super::super::{Summary, read, recover};
 use super::*;
 use crate::Recording;
 
 #[test]
-fn what_was_written_reads_back_to_the_bit() {
+fn a_file_reads_back_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
     std::fs::write(&path, [b'x'; 100_000]).unwrap();
@@ -30,22 +30,22 @@ fn what_was_written_reads_back_to_the_bit() {
     assert_eq!((read.events[1].1.cause, read.events.len()), (Cause::User, 2));
     assert_eq!(read.attachments[0].bytes, [7; 70_000]);
     assert_eq!((&*read.attachments[1].name, &*read.attachments[1].bytes), ("empty", &b""[..]));
-    // As any recording.
+    // As a recording.
     let recording = Recording::parse(&path, &bytes).unwrap();
     assert_eq!(recording.columns()[2].unit.as_deref(), Some("rad/s"));
     assert_eq!(recording.columns()[1].unit, None);
 }
 
 #[test]
-fn a_recording_without_rows_or_channels_is_one() {
+fn a_recording_may_have_no_rows_or_channels() {
     let disk = full_disk();
     let summary = writer(&disk).unwrap().finish().unwrap();
     assert_eq!(summary.rows, 0);
     assert_eq!(cycles(&contents(&disk.contents()).unwrap()), [0; 0]);
     let disk = full_disk();
-    let mut none = Writer::on(Path::new("x"), Box::new(disk.clone()), &header(), &[], 1.0).unwrap();
-    none.row(7, &[]).unwrap();
-    none.finish().unwrap();
+    let mut without_channels = Writer::on(Path::new("x"), Box::new(disk.clone()), &header(), &[], 1.0).unwrap();
+    without_channels.row(7, &[]).unwrap();
+    without_channels.finish().unwrap();
     assert_eq!(contents(&disk.contents()).unwrap().groups[0].signals[0].values, [7.0]);
 }
 
@@ -81,19 +81,19 @@ fn two_writers_and_a_recovery_do_not_share_a_file() {
     for error in [second, recovery] {
         assert!(error.to_string().contains("another process is recording"), "{error}");
     }
-    // A look at it does no harm.
+    // Reading it is possible.
     assert_eq!(cycles(&read(&path).unwrap()), [1]);
     first.finish().unwrap();
     assert_eq!(recover(&path).unwrap().rows, 1);
 }
 
 #[test]
-fn cycles_go_up_and_names_are_unique() {
+fn cycles_increase_and_names_are_unique() {
     let disk = full_disk();
     let mut writer = writer(&disk).unwrap();
     writer.row(5, &values(5)).unwrap();
     let error = writer.row(5, &values(5)).unwrap_err().to_string();
-    assert!(error.starts_with("run.mf4: cycle 5 was to be recorded behind cycle 5"), "{error}");
+    assert!(error.starts_with("run.mf4: cycle 5 cannot be recorded after cycle 5"), "{error}");
     for names in [["x", "x"], ["time", "x"], ["x", "cycle"], ["x", ""]] {
         let channels = names.map(|name| channel(name, "", ""));
         let error = Writer::on(Path::new("x"), Box::new(disk.clone()), &header(), &channels, 1.0).map(drop);
