@@ -69,7 +69,7 @@ fn median_with_interval(sorted: &[f64]) -> [f64; 3] {
     [sorted[sorted.len() / 2], sorted[outside], sorted[sorted.len() - 1 - outside]]
 }
 
-fn wishes(cpu: usize) -> ThreadSettings {
+fn thread_settings(cpu: usize) -> ThreadSettings {
     ThreadSettings { priority: Some(PRIORITY), cpu: Cpu::Number(cpu), ..ThreadSettings::default() }
 }
 
@@ -84,7 +84,7 @@ fn attached(rate: f64, cpu: usize) -> Result<[f64; 2], Box<dyn Error>> {
     let file = folder.join("run.mf4");
     let project = folder.join("project");
     let visit = || -> Result<_, stickslip::Error> {
-        let crowd = Crowd::gather("clm-bench", rate, wishes(cpu), &project, file)?;
+        let crowd = Crowd::gather("clm-bench", rate, thread_settings(cpu), &project, file)?;
         std::thread::sleep(TURN);
         Ok((crowd.status()?.clock.lost, crowd.leave()?))
     };
@@ -108,7 +108,7 @@ fn beside<T: Send>(cpu: usize, work: impl FnOnce() -> T + Send) -> std::io::Resu
 }
 
 fn ours(rate: f64, cpu: usize, spin: Duration) -> Result<[f64; 2], Box<dyn Error>> {
-    let wake_up = beside(cpu, || measure_wake_up(rate, TURN, spin, wishes(cpu), "", &Watch::silent()))??;
+    let wake_up = beside(cpu, || measure_wake_up(rate, TURN, spin, thread_settings(cpu), "", &Watch::silent()))??;
     if !wake_up.granted.has(ThreadSetting::Priority(PRIORITY)) {
         return Err(format!("the system does not grant a real-time priority\n{}", wake_up.granted).into());
     }

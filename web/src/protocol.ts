@@ -1656,7 +1656,7 @@ export type Target = {
   /** Version of the program. */
   version: string
   /** Requested settings of the real-time thread, each with its result. */
-  wishes: SettingResult[]
+  thread_settings: SettingResult[]
 }
 /** A file of the running software. */
 export type TargetFile = {
@@ -1783,11 +1783,11 @@ export type SettingResult = {
   /** Effect of the refusal; empty if granted. */
   costs: string
   /** The command that fixes it. */
-  mend: string | null
+  remedy: string | null
   /** Message of the system, if it refused. */
   refused: string | null
   /** The requested setting. */
-  wish: string
+  setting: string
 }
 /** An XCP address of the bench. */
 export type XcpStatus = {

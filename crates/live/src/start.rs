@@ -34,7 +34,7 @@ pub struct Start {
     /// Seed of the noise of the virtual machine in this process.
     pub seed: u64,
     /// Requested settings of the real-time thread.
-    pub wishes: ThreadSettings,
+    pub thread_settings: ThreadSettings,
     /// Folder of runs and parameter sets.
     pub project: PathBuf,
     /// An external controller, friction or law, in addition to that of the preset; it is selected at the start.
@@ -48,8 +48,8 @@ pub struct Start {
 impl Start {
     /// A set of parameters on the virtual machine, with results in a folder and without recording.
     pub fn new(source: Source, project: &Path) -> Self {
-        let (wishes, project) = (ThreadSettings::default(), project.to_owned());
-        Start { source, io: None, seed: 1, wishes, project, loaded: None, record: None, operator_time: None }
+        let (thread_settings, project) = (ThreadSettings::default(), project.to_owned());
+        Start { source, io: None, seed: 1, thread_settings, project, loaded: None, record: None, operator_time: None }
     }
 }
 
@@ -139,11 +139,11 @@ impl Start {
     fn connect(&self, preset: &Preset<f64>) -> Result<(ClockedBench, Stream), Error> {
         let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
         let bench = match &self.io {
-            Some(address) => ClockedBench::connect(preset, address, self.wishes, Some(tap))?,
+            Some(address) => ClockedBench::connect(preset, address, self.thread_settings, Some(tap))?,
             None => {
                 let (machine, readings) = InProcess::new(preset, self.seed)?;
                 let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());
-                ClockedBench::over(preset, machine, readings, self.wishes, Some(tap))?
+                ClockedBench::over(preset, machine, readings, self.thread_settings, Some(tap))?
             }
         };
         Ok((bench, stream))

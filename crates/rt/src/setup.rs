@@ -80,7 +80,7 @@ pub enum ThreadSetting {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Requested setting.
-    pub wish: ThreadSetting,
+    pub setting: ThreadSetting,
     /// Reason of the system if it refused.
     pub refused: Option<String>,
 }
@@ -129,7 +129,7 @@ impl ThreadSetting {
     }
 
     /// Command that corrects a refusal, if there is one.
-    pub fn mend(self) -> Option<String> {
+    pub fn remedy(self) -> Option<String> {
         let capability = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v stickslip)\"";
         match self {
             ThreadSetting::Priority(_) | ThreadSetting::LockedMemory => Some(capability.into()),
@@ -164,14 +164,14 @@ impl fmt::Display for ThreadSetting {
 
 impl Granted {
     /// Whether this setting was requested and granted.
-    pub fn has(&self, wish: ThreadSetting) -> bool {
-        self.granted().any(|outcome| outcome.wish == wish)
+    pub fn has(&self, setting: ThreadSetting) -> bool {
+        self.granted().any(|outcome| outcome.setting == setting)
     }
 
     /// Granted real-time priority.
     pub fn priority(&self) -> Option<u8> {
         self.granted().find_map(|outcome| {
-            if let ThreadSetting::Priority(priority) = outcome.wish { Some(priority) } else { None }
+            if let ThreadSetting::Priority(priority) = outcome.setting { Some(priority) } else { None }
         })
     }
 
@@ -185,9 +185,9 @@ impl Granted {
         self.outcomes.iter().filter(|outcome| outcome.refused.is_some())
     }
 
-    fn note<T>(&mut self, wish: ThreadSetting, result: io::Result<T>) -> Option<T> {
+    fn note<T>(&mut self, setting: ThreadSetting, result: io::Result<T>) -> Option<T> {
         let refused = result.as_ref().err().map(ToString::to_string);
-        self.outcomes.push(Outcome { wish, refused });
+        self.outcomes.push(Outcome { setting, refused });
         result.ok()
     }
 }
@@ -195,12 +195,12 @@ impl Granted {
 /// One line for each setting.
 impl fmt::Display for Granted {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        for Outcome { wish, refused } in &self.outcomes {
+        for Outcome { setting, refused } in &self.outcomes {
             match refused {
-                None => writeln!(f, "{wish}: granted")?,
+                None => writeln!(f, "{setting}: granted")?,
                 Some(reason) => {
-                    write!(f, "{wish}: refused ({reason}). {}", wish.costs())?;
-                    wish.mend().map_or(Ok(()), |remedy| write!(f, " Remedy: {remedy}"))?;
+                    write!(f, "{setting}: refused ({reason}). {}", setting.costs())?;
+                    setting.remedy().map_or(Ok(()), |remedy| write!(f, " Remedy: {remedy}"))?;
                     writeln!(f)?;
                 }
             }

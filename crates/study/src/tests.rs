@@ -173,7 +173,9 @@ fn a_failed_case_has_a_reason_and_the_others_go_on() {
 #[test]
 fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
     let message = refused("manoevres = [\"creep\"]\n[[axis]]\nvalue = [1]\n[design]\nsample = 3\n");
-    assert!(message.contains("unknown parameter manoevres") && message.contains("study.toml:1). Did you mean manoeuvres?"));
+    assert!(
+        message.contains("unknown parameter manoevres") && message.contains("study.toml:1). Did you mean manoeuvres?")
+    );
     assert!(message.contains("study.toml:3). Did you mean axis.values?"), "{message}");
     assert!(message.contains("study.toml:5). Did you mean design.samples?"), "{message}");
     let axis = |axis: &str| refused(&format!("manoeuvres = [\"creep\"]\n\n[[axis]]\n{axis}\n"));

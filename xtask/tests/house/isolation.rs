@@ -55,7 +55,8 @@ fn controllers_laws_and_experiments_do_not_use_the_virtual_machine() {
     for file in files {
         let source = text(&file);
         // The tick declares the module that closes it over the virtual machine.
-        let lines = uses_of_the_true_machine(&source).into_iter().filter(|line| !line.contains("pub use virtual_bench::"));
+        let lines =
+            uses_of_the_true_machine(&source).into_iter().filter(|line| !line.contains("pub use virtual_bench::"));
         wrong.extend(lines.map(|line| format!("{}: {line}", file.display())));
     }
     assert_eq!(wrong, [""; 0]);

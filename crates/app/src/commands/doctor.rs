@@ -55,9 +55,9 @@ fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
         Some(text) if printed.insert(text.clone()) => writeln!(out, "    {text}"),
         _ => Ok(()),
     };
-    for Finding { what, found, costs, mend, .. } in of(Verdict::Costs) {
+    for Finding { what, found, costs, remedy, .. } in of(Verdict::Costs) {
         writeln!(out, "{what}: {found}. {costs}")?;
-        remedy(out, mend.clone())?;
+        write_remedy(out, remedy.clone())?;
     }
     let list = |findings: Vec<String>| findings.join(", ");
     let good = list(of(Verdict::Good).map(|finding| format!("{} ({})", finding.what, finding.found)).collect());
@@ -70,11 +70,16 @@ fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     writeln!(out)?;
     let rate = examination.checkup.rate;
     let granted = examination.granted();
-    let names = granted.granted().map(|outcome| outcome.wish.to_string()).collect();
+    let names = granted.granted().map(|outcome| outcome.setting.to_string()).collect();
     writeln!(out, "Measured at {rate} Hz on a thread with: {}.", list(names))?;
-    for Outcome { wish, refused } in granted.refused() {
-        writeln!(out, "Refused by the system: {wish} ({}). {}", refused.as_deref().unwrap_or_default(), wish.costs())?;
-        remedy(out, wish.mend())?;
+    for Outcome { setting, refused } in granted.refused() {
+        writeln!(
+            out,
+            "Refused by the system: {setting} ({}). {}",
+            refused.as_deref().unwrap_or_default(),
+            setting.costs()
+        )?;
+        write_remedy(out, setting.remedy())?;
     }
     writeln!(out)?;
     for line in examination.table().lines() {

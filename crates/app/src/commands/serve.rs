@@ -102,7 +102,7 @@ impl ServeCommand {
             keep_off(cpu).map_err(|error| {
                 Failure::Served(format!("cannot reserve CPU {cpu} for the loop ({error}). Omit --cpu."))
             })?;
-            start.wishes.cpu = Cpu::Number(cpu);
+            start.thread_settings.cpu = Cpu::Number(cpu);
         }
         let live = Live::start(start)?;
         let warnings = live.refused();

@@ -18,7 +18,7 @@ fn start_server() -> (Server, tempfile::TempDir) {
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { wishes: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
+    let start = Start { thread_settings: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     let live = Live::start(start).unwrap();
     let timeouts =
         Timeouts { head: Duration::from_millis(500), whole: Duration::from_secs(3), silence: Duration::from_secs(1) };

@@ -60,9 +60,6 @@ fn all_invalid_folders_are_reported_with_a_remedy_and_no_page_is_written() {
     let lines: Vec<_> = errors.lines().collect();
     assert_eq!((output.status.code(), lines.len()), (Some(1), 2), "{errors}");
     assert!(lines[0].starts_with("error: empty/report.json: cannot read it"), "{errors}");
-    assert!(
-        lines[1].starts_with("error: new/report.json:2:") && lines[1].contains("Repeat the command"),
-        "{errors}"
-    );
+    assert!(lines[1].starts_with("error: new/report.json:2:") && lines[1].contains("Repeat the command"), "{errors}");
     assert!(!folder.path().join("both.html").exists());
 }

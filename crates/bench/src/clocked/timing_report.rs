@@ -95,8 +95,8 @@ pub fn overrun_sentence(overrun: &Overrun) -> String {
 pub fn refusals(granted: &Granted) -> Vec<String> {
     let mut refusals = Vec::new();
     for refused in granted.refused() {
-        let remedy = refused.wish.mend().map_or(String::new(), |remedy| format!(" Remedy: {remedy}"));
-        refusals.push(format!("The system refuses {}. {}{remedy}", refused.wish, refused.wish.costs()));
+        let remedy = refused.setting.remedy().map_or(String::new(), |remedy| format!(" Remedy: {remedy}"));
+        refusals.push(format!("The system refuses {}. {}{remedy}", refused.setting, refused.setting.costs()));
     }
     refusals
 }

@@ -18,7 +18,7 @@ pub struct Target {
     /// Tick rate [Hz].
     pub rate: f64,
     /// Requested settings of the real-time thread, each with its result.
-    pub wishes: Vec<SettingResult>,
+    pub thread_settings: Vec<SettingResult>,
     /// Files for download, at `/implementation/FILE`.
     pub files: Vec<TargetFile>,
 }
@@ -47,13 +47,13 @@ const FILES: [[&str; 3]; 5] = [
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SettingResult {
     /// The requested setting.
-    pub wish: String,
+    pub setting: String,
     /// Message of the system, if it refused.
     pub refused: Option<String>,
     /// Effect of the refusal; empty if granted.
     pub costs: String,
     /// The command that fixes it.
-    pub mend: Option<String>,
+    pub remedy: Option<String>,
 }
 
 impl Target {
@@ -67,12 +67,12 @@ impl Target {
             machine,
             since: since.as_secs_f64(),
             rate: 0.0,
-            wishes: outcomes
+            thread_settings: outcomes
                 .iter()
                 .map(|outcome| SettingResult {
-                    wish: outcome.wish.to_string(),
-                    costs: outcome.refused.as_ref().map_or("", |_| outcome.wish.costs()).into(),
-                    mend: outcome.refused.as_ref().and_then(|_| outcome.wish.mend()),
+                    setting: outcome.setting.to_string(),
+                    costs: outcome.refused.as_ref().map_or("", |_| outcome.setting.costs()).into(),
+                    remedy: outcome.refused.as_ref().and_then(|_| outcome.setting.remedy()),
                     refused: outcome.refused.clone(),
                 })
                 .collect(),

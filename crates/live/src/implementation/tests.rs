@@ -18,7 +18,7 @@ fn live() -> (Live, tempfile::TempDir) {
     let mut source = presets::find("clm-bench").unwrap();
     source.text = parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { wishes: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
+    let start = Start { thread_settings: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     (Live::start(start).unwrap(), project)
 }
 
@@ -116,7 +116,7 @@ fn the_time_of_each_cycle_is_in_a_bar() {
     for file in &target.files {
         assert!(!live.implementation_file(&file.file).unwrap().is_empty(), "{}", file.file);
     }
-    assert!(target.since > 1.7e9 && !target.wishes.is_empty());
+    assert!(target.since > 1.7e9 && !target.thread_settings.is_empty());
     live.stop();
 }
 

@@ -109,14 +109,14 @@ impl Cycle for Spinning {
 ///
 /// # Errors
 /// [`BenchError::RealTime`] if the system provides no thread; [`Error::Cancelled`].
-pub fn measure_floor(time: Duration, wishes: ThreadSettings, watch: &Watch) -> Result<Floor, Error> {
+pub fn measure_floor(time: Duration, thread_settings: ThreadSettings, watch: &Watch) -> Result<Floor, Error> {
     let (result, floor): (_, Receiver<Floor>) = channel();
     let cycles = time.as_nanos().div_ceil(PERIOD.as_nanos()) as u64;
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = Plan { warm_up: 0, cycles: Some(cycles), overrun, ..Plan::new(PERIOD) };
     let cycle = Spinning { watched: 0, holes: Vec::with_capacity(ROOM), result };
     let (running, mut timings) =
-        Running::start(plan, wishes, MonotonicClock::default(), cycle).map_err(BenchError::RealTime)?;
+        Running::start(plan, thread_settings, MonotonicClock::default(), cycle).map_err(BenchError::RealTime)?;
     follow(&running, time, "floor of the machine", watch, || timings.by_ref().for_each(drop))?;
     running.join();
     Ok(floor.recv().unwrap_or_default())

@@ -58,11 +58,11 @@ impl Checkup {
         in_range("seconds", self.seconds, "s", [0.3, 86_400.0])?;
         let findings = doctor::examine(root);
         let third = Duration::from_secs_f64(self.seconds / 3.0);
-        let wishes = ThreadSettings::default();
-        let floor = measure_floor(third, wishes, watch)?;
+        let thread_settings = ThreadSettings::default();
+        let floor = measure_floor(third, thread_settings, watch)?;
         let [asleep, spinning] = [("asleep", Duration::ZERO), ("spinning", SPIN)];
         let wake_up = |(name, spin): (&str, Duration)| {
-            measure_wake_up(self.rate, third, spin, wishes, &format!("wake-up {name}"), watch)
+            measure_wake_up(self.rate, third, spin, thread_settings, &format!("wake-up {name}"), watch)
         };
         Ok(Examination { checkup: self, findings, floor, asleep: wake_up(asleep)?, spinning: wake_up(spinning)? })
     }

@@ -117,8 +117,8 @@ impl Examination {
             table.row([cell(what), cell(found), cell(word(*verdict))])
         });
         let costs = self.findings.iter().filter(|finding| finding.verdict == Verdict::Costs);
-        let costs = costs.map(|Finding { what, costs, mend, .. }| match mend {
-            Some(mend) => format!("{what}: {costs} Fix: {mend}"),
+        let costs = costs.map(|Finding { what, costs, remedy, .. }| match remedy {
+            Some(remedy) => format!("{what}: {costs} Remedy: {remedy}"),
             None => format!("{what}: {costs}"),
         });
         let granted = self.granted().to_string();

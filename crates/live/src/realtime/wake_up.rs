@@ -50,7 +50,7 @@ pub fn measure_wake_up(
     rate: f64,
     time: Duration,
     spin: Duration,
-    wishes: ThreadSettings,
+    thread_settings: ThreadSettings,
     stage: &str,
     watch: &Watch,
 ) -> Result<WakeUp, Error> {
@@ -59,7 +59,7 @@ pub fn measure_wake_up(
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = Plan { warm_up: (0.1 * rate) as u64, cycles: Some(cycles), overrun, ..Plan::new(period) };
     let (running, mut timings) =
-        Running::start(plan, wishes, MonotonicClock { spin }, EmptyCycle).map_err(BenchError::RealTime)?;
+        Running::start(plan, thread_settings, MonotonicClock { spin }, EmptyCycle).map_err(BenchError::RealTime)?;
     let mut histograms = Histograms::new(timings.blocks());
     follow(&running, time, stage, watch, || histograms.take(&mut timings))?;
     let granted = running.granted().clone();

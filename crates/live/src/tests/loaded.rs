@@ -30,7 +30,7 @@ fn with_controller(values: &[(&str, f64)], record: bool) -> (Live, tempfile::Tem
     let values = values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
     let loaded = Some(ExternalFile { path: path.clone(), trust: true, values, ..ExternalFile::default() });
     let record = record.then(|| project.path().join("run.mf4"));
-    let start = Start { wishes: ThreadSettings::PLAIN, loaded, record, ..Start::new(slow(), project.path()) };
+    let start = Start { thread_settings: ThreadSettings::PLAIN, loaded, record, ..Start::new(slow(), project.path()) };
     (Live::start(start).unwrap(), project, path)
 }
 
@@ -228,7 +228,7 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
         Some(ExternalFile { path: path.clone(), role: Role::Friction, trust: true, ..ExternalFile::default() });
     let file = project.path().join("run.mf4");
     let start = Start {
-        wishes: ThreadSettings::PLAIN,
+        thread_settings: ThreadSettings::PLAIN,
         loaded,
         record: Some(file.clone()),
         ..Start::new(slow(), project.path())

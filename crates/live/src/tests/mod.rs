@@ -38,7 +38,7 @@ fn live() -> (Live, tempfile::TempDir) {
 fn live_into(record: impl FnOnce(&Path) -> Option<PathBuf>) -> (Live, tempfile::TempDir) {
     let project = tempfile::tempdir().unwrap();
     let record = record(project.path());
-    let start = Start { wishes: ThreadSettings::PLAIN, record, ..Start::new(slow(), project.path()) };
+    let start = Start { thread_settings: ThreadSettings::PLAIN, record, ..Start::new(slow(), project.path()) };
     (Live::start(start).unwrap(), project)
 }
 

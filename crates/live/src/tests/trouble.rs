@@ -36,8 +36,8 @@ fn the_loss_and_return_of_a_remote_machine_are_reported_and_the_bench_continues(
     let address = Address::Shm(project.path().join("axis").display().to_string());
     let plant = Plant::serve(&address, &source);
     let (io, record) = (Some(address.clone()), Some(project.path().join("run.mf4")));
-    let (folder, wishes) = (project.path().join("project"), ThreadSettings::PLAIN);
-    let live = Live::start(Start { io, wishes, record, ..Start::new(source.clone(), &folder) }).unwrap();
+    let (folder, thread_settings) = (project.path().join("project"), ThreadSettings::PLAIN);
+    let live = Live::start(Start { io, thread_settings, record, ..Start::new(source.clone(), &folder) }).unwrap();
     let until = |state: &str| {
         while status(&live).state != state {
             thread::sleep(Duration::from_millis(5));
@@ -80,7 +80,7 @@ fn a_silent_operator_stops_the_axis_and_an_active_one_does_not() {
     source.text = parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let start = |operator_time| {
         let new = Start::new(source.clone(), project.path());
-        Live::start(Start { wishes: ThreadSettings::PLAIN, operator_time: Some(operator_time), ..new })
+        Live::start(Start { thread_settings: ThreadSettings::PLAIN, operator_time: Some(operator_time), ..new })
     };
     for nonsense in [0.0, -1.0, f64::NAN, 1e9] {
         assert!(matches!(start(nonsense), Err(Error::OutOfRange { .. })), "{nonsense}");

@@ -13,7 +13,7 @@ fn locking(files: &Files) -> Finding {
     match lockable(files) {
         Ok(None) => Finding::good(what, "permitted", setting.costs()),
         Ok(Some(bytes)) => {
-            Finding::costs(what, format!("{} MiB permitted", bytes >> 20), setting.costs(), setting.mend())
+            Finding::costs(what, format!("{} MiB permitted", bytes >> 20), setting.costs(), setting.remedy())
         }
         Err(()) => Finding::unknown(what, setting.costs()),
     }

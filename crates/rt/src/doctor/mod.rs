@@ -25,7 +25,7 @@ pub struct Finding {
     /// Effect of an unfavourable value.
     pub costs: &'static str,
     /// Command that corrects it, if there is one.
-    pub mend: Option<String>,
+    pub remedy: Option<String>,
 }
 
 /// Whether a finding costs determinism.
@@ -52,15 +52,15 @@ pub(crate) fn lockable(root: &Path) -> Option<u64> {
 
 impl Finding {
     fn good(what: &'static str, found: impl Into<String>, costs: &'static str) -> Self {
-        Finding { what, found: found.into(), verdict: Verdict::Good, costs, mend: None }
+        Finding { what, found: found.into(), verdict: Verdict::Good, costs, remedy: None }
     }
 
-    fn costs(what: &'static str, found: impl Into<String>, costs: &'static str, mend: Option<String>) -> Self {
-        Finding { what, found: found.into(), verdict: Verdict::Costs, costs, mend }
+    fn costs(what: &'static str, found: impl Into<String>, costs: &'static str, remedy: Option<String>) -> Self {
+        Finding { what, found: found.into(), verdict: Verdict::Costs, costs, remedy }
     }
 
     fn unknown(what: &'static str, costs: &'static str) -> Self {
-        Finding { what, found: "not reported by the system".into(), verdict: Verdict::Unknown, costs, mend: None }
+        Finding { what, found: "not reported by the system".into(), verdict: Verdict::Unknown, costs, remedy: None }
     }
 }
 

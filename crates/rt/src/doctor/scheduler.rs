@@ -50,7 +50,7 @@ fn priority(files: &Files) -> Finding {
         (Some(true), _) => Finding::good(what, "permitted", setting.costs()),
         (_, Some(limit)) if limit != "0" => Finding::good(what, format!("permitted up to {limit}"), setting.costs()),
         (None, None) => Finding::unknown(what, setting.costs()),
-        _ => Finding::costs(what, "not permitted", setting.costs(), setting.mend()),
+        _ => Finding::costs(what, "not permitted", setting.costs(), setting.remedy()),
     }
 }
 

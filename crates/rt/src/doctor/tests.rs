@@ -21,13 +21,13 @@ fn finding(what: &str, files: &[(&str, &str)]) -> Finding {
 }
 
 /// Checks verdict, part of the value and part of the remedy.
-fn check(what: &str, files: &[(&str, &str)], verdict: Verdict, found: &str, mend: &str) {
+fn check(what: &str, files: &[(&str, &str)], verdict: Verdict, found: &str, remedy: &str) {
     let finding = finding(what, files);
     assert_eq!(finding.verdict, verdict, "{finding:?}");
     assert!(finding.found.contains(found), "{finding:?}");
     assert!(finding.costs.ends_with('.'), "{finding:?}");
-    assert!(finding.mend.clone().unwrap_or_default().contains(mend), "{finding:?}");
-    assert_eq!(finding.mend.is_some(), !mend.is_empty(), "{finding:?}");
+    assert!(finding.remedy.clone().unwrap_or_default().contains(remedy), "{finding:?}");
+    assert_eq!(finding.remedy.is_some(), !remedy.is_empty(), "{finding:?}");
 }
 
 use Verdict::{Costs, Good, Unknown};
@@ -69,10 +69,10 @@ fn permission_for_a_priority_comes_by_limit_or_capability() {
     let limits = |priority: &str| {
         format!("Limit  Soft Limit  Hard Limit  Units\nMax realtime priority     {priority}      99\n")
     };
-    let with = |priority: &str, capabilities: &str, verdict, found, mend| {
+    let with = |priority: &str, capabilities: &str, verdict, found, remedy| {
         let files =
             [("proc/self/limits", &*limits(priority)), ("proc/self/status", &*format!("CapEff:\t{capabilities}\n"))];
-        check("real-time priority", &files, verdict, found, mend);
+        check("real-time priority", &files, verdict, found, remedy);
     };
     with("0", "0000000000000000", Costs, "not permitted", "setcap cap_sys_nice");
     with("0", "0000000000800000", Good, "permitted", "");
@@ -134,9 +134,9 @@ fn devices_that_interrupt_the_executives_cpu_are_named() {
              LOC:   9   9   Local timer interrupts\n"
         )
     };
-    let on = |isolated, table: &str, verdict, found, mend| {
+    let on = |isolated, table: &str, verdict, found, remedy| {
         let files = [("sys/devices/system/cpu/isolated", isolated), ("proc/interrupts", table)];
-        check("interrupts", &files, verdict, found, mend);
+        check("interrupts", &files, verdict, found, remedy);
     };
     on(
         "1",

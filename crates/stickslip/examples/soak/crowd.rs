@@ -74,7 +74,7 @@ impl Crowd {
     pub(crate) fn gather(
         preset: &str,
         rate: f64,
-        wishes: ThreadSettings,
+        thread_settings: ThreadSettings,
         project: &Path,
         file: PathBuf,
     ) -> Result<Self, Error> {
@@ -88,7 +88,7 @@ impl Crowd {
         for (path, value) in values {
             source.text = parameters::set::<Preset<f64>>(&source.text, preset, path, value)?;
         }
-        let live = Live::start(Start { wishes, record: Some(file), ..Start::new(source, project) })?;
+        let live = Live::start(Start { thread_settings, record: Some(file), ..Start::new(source, project) })?;
         let live = Arc::new(live);
         live.call(TUNER, Call::Home {})?;
         while status(&live)?.doing.is_some() {

@@ -28,9 +28,9 @@ pub(crate) struct Soaked {
 }
 
 /// Soaks for so many seconds; the folder takes the record.
-pub(crate) fn soak(rate: f64, seconds: f64, wishes: ThreadSettings, folder: &Path) -> Result<Soaked, Error> {
+pub(crate) fn soak(rate: f64, seconds: f64, thread_settings: ThreadSettings, folder: &Path) -> Result<Soaked, Error> {
     let file = folder.join("run.mf4");
-    let crowd = Crowd::gather("clm-bench", rate, wishes, &folder.join("project"), file.clone())?;
+    let crowd = Crowd::gather("clm-bench", rate, thread_settings, &folder.join("project"), file.clone())?;
     let begin = Instant::now();
     let mut memory = Vec::new();
     let mut lost = 0;

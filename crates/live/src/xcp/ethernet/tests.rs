@@ -29,7 +29,7 @@ fn open() -> Bench {
         stickslip_base::parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000")
             .unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { wishes: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
+    let start = Start { thread_settings: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     let live = Arc::new(Live::start(start).unwrap());
     let anywhere = "127.0.0.1:0".parse().ok();
     let xcp = Xcp::open(&live, Doors { udp: anywhere, tcp: anywhere }, SHORT).unwrap();
