@@ -19,7 +19,7 @@ pub(crate) struct Number {
 pub(crate) struct Container {
     /// The relations between the fields.
     pub(crate) law: Option<ExprPath>,
-    /// What no relation of two numbers says.
+    /// Checks that are not relations of two numbers.
     pub(crate) check: Option<ExprPath>,
     pub(crate) tag: Option<String>,
 }
@@ -29,7 +29,7 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
     let mut found = attributes.iter().filter(|a| a.path().is_ident("field"));
     let Some(attribute) = found.next() else { return Ok(None) };
     if let Some(second) = found.next() {
-        return Err(Error::new_spanned(second, "one #[field(…)] says it all"));
+        return Err(Error::new_spanned(second, "duplicate #[field(…)]; use one for each field"));
     }
     let mut out = Number {
         symbol: String::new(),
@@ -91,10 +91,10 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
     Err(Error::new_spanned(default_given_at.unwrap_or_else(|| attribute.to_token_stream()), problem))
 }
 
-/// Whether a field says `#[field(fixed)]`: configuration that is no number of the signal path.
+/// Whether a field has `#[field(fixed)]`: configuration outside the signal path.
 pub(crate) fn is_fixed(attributes: &[Attribute]) -> bool {
-    let says = |a: &Attribute| a.parse_args::<syn::Ident>().is_ok_and(|word| word == "fixed");
-    attributes.iter().filter(|a| a.path().is_ident("field")).any(says)
+    let is_fixed = |a: &Attribute| a.parse_args::<syn::Ident>().is_ok_and(|word| word == "fixed");
+    attributes.iter().filter(|a| a.path().is_ident("field")).any(is_fixed)
 }
 
 /// Reads `#[fields(…)]`.

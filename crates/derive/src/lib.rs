@@ -12,8 +12,8 @@
 //! }
 //! ```
 //!
-//! A law is a function that gives relations between fields. What no relation says is checked, of a whole file, by a
-//! function over `f64` that `#[fields(check = …)]` names. Configuration that is no number of the signal path, such as how
+//! A law is a function that gives relations between fields. Anything else is checked, of a whole file, by a
+//! function over `f64` that `#[fields(check = …)]` names. Configuration outside the signal path, such as how
 //! many steps a tick has, is `#[field(fixed)]`: no file that people write has it.
 //!
 //! `whole` and `flag` restrict a number to whole values or 0 and 1. Of an enum, each variant holds nothing or one

@@ -16,7 +16,7 @@ pub(crate) struct Sliding<T> {
     pub(crate) load: T,
     /// Torque against positive motion that was held in the flow.
     pub(crate) held: T,
-    /// Torque against positive motion from all that is no friction.
+    /// Torque against positive motion from all torques but friction.
     pub(crate) others: T,
 }
 

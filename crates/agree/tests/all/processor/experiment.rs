@@ -16,7 +16,7 @@ use super::run::{Record, Run, numbers};
 struct Recording {
     bench: VirtualBench,
     run: Run,
-    /// Parameters in force and the state that the last tick should have left.
+    /// Active parameters and the expected state after the last tick.
     known: Option<(Tick<f64>, TickState<f64>)>,
 }
 

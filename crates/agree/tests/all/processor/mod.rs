@@ -47,7 +47,7 @@ where
 }
 
 #[test]
-fn the_begin_of_an_experiment_on_both_processors() {
+fn the_start_of_an_experiment_on_both_processors() {
     if available() {
         let (tick, run) = experiment();
         agrees::<f64, _>(M7, tick, &run.first(2_000));
@@ -61,7 +61,7 @@ fn a_whole_experiment_on_a_cortex_m4f_in_double() {
     if available() {
         let (tick, run) = experiment();
         println!("{} ticks in {} records", run.steps(), run.records.len());
-        assert!(run.steps() as f64 * run.dt > 40.0, "{} ticks are no whole experiment", run.steps());
+        assert!(run.steps() as f64 * run.dt > 40.0, "{} ticks are less than a whole experiment", run.steps());
         agrees::<f64, _>(M4F, tick, run);
     }
 }
@@ -183,7 +183,7 @@ fn one_other_bit_is_found_at_its_tick_and_number() {
 }
 
 #[test]
-fn a_fault_says_what_it_is_and_a_program_that_hangs_is_ended() {
+fn a_fault_is_reported_and_a_program_that_hangs_is_ended() {
     if available() {
         for target in [M4F, M7] {
             let wild = "int main(void) { return *(volatile int *)0xF0000000u; }";

@@ -56,7 +56,7 @@ fn filled<T: Scalar, V: Fields<T>>(template: &V, numbers: &[f64]) -> V {
 }
 
 impl Run {
-    /// The records up to so many steps.
+    /// The records up to a number of steps.
     pub fn first(&self, most: usize) -> Run {
         let mut steps = 0;
         let first = self.records.iter().take_while(|record| {

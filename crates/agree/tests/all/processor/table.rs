@@ -144,7 +144,7 @@ pub fn differs(then: &Value, now: &Row, tolerance: f64) -> Option<String> {
     }
     NUMBERS.iter().zip(now.numbers).find_map(|(name, now)| {
         let then = then[*name].as_f64().unwrap_or(f64::NAN);
-        // A word more or less is no news.
+        // A difference of one word is ignored.
         let same = (now - then).abs() <= (tolerance * then).max(4.0);
         (!same).then(|| format!("{place}: {name} was {then}, is {now}"))
     })

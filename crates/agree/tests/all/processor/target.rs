@@ -35,7 +35,7 @@ pub const M7: Target = Target {
     machine: "mps2-an500",
 };
 
-/// Whether compiler and emulator are there; else a line says what is not checked.
+/// Whether compiler and emulator are available; otherwise a line reports the skipped checks.
 pub fn available() -> bool {
     let starts = |name: &&str| Command::new(name).arg("--version").stdout(Stdio::null()).status().is_ok();
     let missing: Vec<_> = [GCC, QEMU].into_iter().filter(|name| !starts(name)).collect();
@@ -48,7 +48,7 @@ pub fn available() -> bool {
     missing.is_empty()
 }
 
-/// First line of what the compiler says of itself.
+/// First line of the version of the compiler.
 pub fn compiler() -> String {
     let output = Command::new(GCC).arg("--version").output().expect("the compiler starts");
     String::from_utf8_lossy(&output.stdout).lines().next().unwrap_or_default().into()
