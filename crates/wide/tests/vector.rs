@@ -14,7 +14,7 @@ use stickslip_core::scalar::{Lanes, Scalar};
 use stickslip_core::tick::{BenchInput, BenchState, VirtualBench};
 use stickslip_wide::{LANES, Wide, lane_by_lane, tick};
 
-/// What a function consists of.
+/// Instructions of a function.
 #[derive(Debug, Default)]
 struct Mix {
     packed: usize,
@@ -115,7 +115,7 @@ fn a_tick_is_vector_instructions_with_few_calls() {
     }
 }
 
-/// The counter itself: scalar code is seen as scalar, a call as a call.
+/// The counter itself: scalar code counts as scalar, a call as a call.
 #[test]
 fn scalar_and_vector_code_are_distinguished() {
     #[inline(never)]

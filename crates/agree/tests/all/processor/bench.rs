@@ -1,4 +1,4 @@
-//! The whole bench in closed loop: what comes from outside.
+//! The whole bench in closed loop: its external inputs.
 
 use stickslip::noise::Normals;
 use stickslip_core::control::reference::Setpoint;

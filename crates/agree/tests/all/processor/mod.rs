@@ -20,7 +20,7 @@ use stickslip_core::tick::Tick;
 use run::{Bytes, Run, first_difference};
 use target::{M4F, M7, Main, Target, available};
 
-/// A hundred times what it takes.
+/// A hundred times the usual duration.
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// The experiment is made once for all tests.
@@ -113,7 +113,7 @@ fn the_self_test_of_every_block_of_the_catalogue_passes_and_its_example_runs() {
 }
 
 #[test]
-fn a_self_test_that_fails_on_the_processor_is_seen() {
+fn a_failed_self_test_on_the_processor_is_detected() {
     if available() {
         let preset =
             parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
@@ -141,7 +141,7 @@ fn the_whole_bench_in_closed_loop() {
 }
 
 #[test]
-fn the_committed_table_is_what_the_processors_need() {
+fn the_committed_table_is_up_to_date() {
     if available() {
         let (tick, run) = experiment();
         table::check(&table::measure(tick, run));
@@ -149,7 +149,7 @@ fn the_committed_table_is_what_the_processors_need() {
 }
 
 #[test]
-fn a_number_that_left_the_table_is_named() {
+fn a_changed_number_of_the_table_is_reported() {
     let row = table::Row { key: ["Cortex-M7", "double", "pid"].map(String::from), numbers: [1000.0; 7] };
     let then = |instructions: f64, block: &str| {
         let mut cells = serde_json::Map::from_iter(row.cells());

@@ -1,4 +1,4 @@
-//! Cortex-M processors in QEMU, and what compiles for them.
+//! Cortex-M processors in QEMU, and their compiler.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -58,7 +58,7 @@ fn firmware(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware").join(file)
 }
 
-/// What goes into a program besides the start-up.
+/// Contents of a program besides the start-up.
 pub enum Main<'a> {
     /// A block, called `block`, in `pil.c`; whether it counts instructions.
     Block { program: &'a Program, code: &'a CSource, single: bool, measure: bool },
@@ -75,7 +75,7 @@ pub struct Image {
     measure: bool,
 }
 
-/// What a program left behind.
+/// Results of a program.
 pub struct Ran {
     pub succeeded: bool,
     pub said: String,
@@ -151,7 +151,7 @@ impl Image {
                 break Some(status);
             }
             if start.elapsed() > limit {
-                // It may have ended by itself in between.
+                // It may have exited in between.
                 let _ = child.kill();
                 let _ = child.wait();
                 break None;
