@@ -150,7 +150,7 @@ impl StribeckFit {
         PARAMETERS.iter().enumerate().map(|(i, (_, name, unit))| {
             let half_width = 0.5 * (self.ci95[i][1] - self.ci95[i][0]);
             let estimate = Estimate::new(self.parameters[i], *unit).with_half_width(half_width);
-            (*name, if self.knows(i) { known } else { Estimate::new(f64::NAN, *unit) })
+            (*name, if self.knows(i) { estimate } else { Estimate::new(f64::NAN, *unit) })
         })
     }
 

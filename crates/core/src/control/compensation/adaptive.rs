@@ -100,7 +100,7 @@ impl<T: Scalar> AdaptiveStribeck<T> {
             estimate: [kinetic_torque, breakaway_torque - kinetic_torque, viscous_friction],
             covariance: [[level, zero, zero], [zero, level, zero], [zero, zero, level / (fast * fast)]],
             regressors: self.regressors(velocity),
-            torque: known.select(input.applied_torque, zero),
+            torque: usual.select(input.applied_torque, zero),
             velocity,
             feedforward: FrictionFeedforwardState::default(),
             started: one,

@@ -64,7 +64,7 @@ impl<T: Scalar> FrictionObserver<T> {
         state.observer.drive.load_memory = bent(&model.friction);
         state.observer.drive.motor_memory = bent(&model.motor_friction);
         state.observer.started = one;
-        self.given(&state.observer, zero) * state.weight
+        self.compensated(&state.observer, zero) * state.weight
     }
 
     /// Inputs of the observer.
