@@ -1,4 +1,4 @@
-//! What the derive refuses, and in which words: the message is what its user reads.
+//! Errors of the derive and their messages, as its users read them.
 //!
 //! `TRYBUILD=overwrite cargo test -p stickslip-derive --test ui` rewrites the `.stderr` files; review the difference.
 

@@ -147,7 +147,7 @@ pub struct Software {
     voltages: Voltages<f64>,
     /// The command that was carried out last.
     command: Command,
-    /// What a position controller would have read in the last tick.
+    /// Inputs of a position controller in the last tick.
     last: AxisControlInput<f64>,
 }
 
@@ -189,7 +189,7 @@ impl Software {
         &self.safety
     }
 
-    /// What the next tick computes on under this command: the software with its parameters, its state, what it reads.
+    /// Inputs of the next tick under this command: the software with its parameters, its state, its readings.
     /// A replay or another processor that is given the same gives the same.
     pub fn next_tick(
         &self,

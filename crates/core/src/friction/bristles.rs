@@ -1,4 +1,4 @@
-//! What turns a sliding curve into friction with presliding.
+//! Bristles that add presliding to a sliding curve.
 
 use super::{ElastoPlastic, Fading, Friction, LuGre, Model, Stribeck};
 use crate::Fields;

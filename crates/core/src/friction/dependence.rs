@@ -1,4 +1,4 @@
-//! What friction depends on besides the velocity: direction, angle, load, time at rest, temperature.
+//! Dependences of friction besides the velocity: direction, angle, load, time at rest, temperature.
 
 use core::f64::consts::TAU;
 

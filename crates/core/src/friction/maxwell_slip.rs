@@ -98,7 +98,7 @@ impl<T: Scalar> MaxwellSlip<T> {
         [at_most("third_share", self.third_share, left, remedy)]
     }
 
-    /// What the contact remembers after sliding for long at a velocity [rad/s] with this factor of its level.
+    /// State of the contact after long sliding at a velocity [rad/s] with this factor of its level.
     #[inline(always)]
     pub(super) fn steady(&self, velocity: T, strength: T) -> Memory<T> {
         let level = self.sliding.level(velocity.abs());

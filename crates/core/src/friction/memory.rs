@@ -1,4 +1,4 @@
-//! What a contact remembers.
+//! State of a contact.
 
 use crate::Fields;
 use crate::drive::nan_to_zero;
@@ -7,8 +7,8 @@ use crate::scalar::{Mask, Scalar};
 /// Number of elements of a Maxwell slip.
 pub const ELEMENTS: usize = 4;
 
-/// What a contact remembers from step to step, at first one that has never been moved and has rested no time. Each model
-/// uses what it needs, so that models may be swapped.
+/// State of a contact from step to step; initially without deflection and without time at rest. Each model uses its
+/// part, so that models may be swapped.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Memory<T> {
     /// Deflection of the bristles; of a Maxwell slip the mean of its elements.

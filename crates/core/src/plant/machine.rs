@@ -21,7 +21,7 @@ use crate::sensor::Pickups;
 /// steps, and only its change kicks the velocities, so that a load at rest does not creep.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Machine<T> {
-    /// What it was prepared from; of an arm, what moves with the carriage is in the load inertia.
+    /// Parameters; the part of an arm that moves with the carriage is in the load inertia.
     pub plant: Plant<T>,
     /// Tacho and accelerometer, prepared.
     pub pickups: Pickups<T>,

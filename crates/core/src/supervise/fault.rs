@@ -306,7 +306,7 @@ impl Fault {
         }
     }
 
-    /// What to do, in a sentence or two.
+    /// Remedy, in a sentence or two.
     fn remedy(&self) -> Option<&'static str> {
         Some(match self {
             Fault::FollowingError { .. } => "Reduce the acceleration, or tune the controller.",

@@ -118,7 +118,7 @@ impl Monitor {
         }
     }
 
-    /// What is left behind a fault that may have spoilt it: motors stay as warm as they are.
+    /// State after a fault that may have spoilt it: only the temperatures of the motors are kept.
     pub(super) fn anew(&self) -> Self {
         Monitor { heat: self.heat, ..Monitor::default() }
     }
