@@ -522,7 +522,7 @@ def test_the_program_loads_a_python_controller(program, tmp_path):
     assert "cascade, SHA-256 " in ran.stdout and "sine_0.5hz" in ran.stdout
     # Without a torque the load does not follow; the supervision stops the run, and the output until then remains.
     ran = load("law.py")
-    assert ran.returncode != 0 and "law, SHA-256 " in ran.stdout and "from its set-point" in ran.stderr, ran.stderr
+    assert ran.returncode != 0 and "law, SHA-256 " in ran.stdout and "following error" in ran.stderr, ran.stderr
     ran = load("wrong.py")
     assert ran.returncode == 1 and "wrong.py:5: `return abs(sample.time) ** 2`" in ran.stderr
     assert "cannot be started" in load("law.py", "nopython").stderr

@@ -1,42 +1,42 @@
-//! What runs in the tick.
+//! Blocks of the tick.
 
 use crate::fields::Fields;
 use crate::scalar::Scalar;
 
-/// A piece of the signal path: parameters are `&self`, state is handed in, the step cannot fail.
+/// A piece of the signal path: parameters are `&self`, the state is an argument, the step cannot fail.
 pub trait Block<T: Scalar>: Fields<T> {
-    /// Everything that the block remembers; `Copy`, so that snapshots, replay and take-over need no code.
+    /// State of the block; `Copy`, so that snapshots, replay and bumpless transfer need no code.
     type State: Fields<T> + Default;
-    /// What it reads in a step.
+    /// Inputs of a step.
     type Input: Fields<T>;
-    /// What it gives in a step.
+    /// Outputs of a step.
     type Output: Fields<T>;
 
     /// One step of `dt` [s].
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output;
 
-    /// The step of a block within another: the recorder of `stickslip-codegen` makes a function call of it.
+    /// The step of a block within another: the recorder of `stickslip-codegen` turns it into a function call.
     #[inline(always)]
     fn run(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         T::call(self, state, input, dt)
     }
 }
 
-/// What became of a guarded step.
+/// Result of a guarded step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// It was taken.
+    /// The step was computed.
     Ok,
-    /// It was taken although an input is NaN or infinite: the block coped, as an observer that coasts.
+    /// The step was computed although an input is NaN or infinite: the block handles it, as an observer that coasts.
     InputNotFinite,
-    /// It was not taken: the state is as before, every output is 0.
+    /// The step was not computed: the state is unchanged, every output is 0.
     NotComputed,
 }
 
-/// A step for whoever acts on its results: NaN and infinity come neither out nor into the state, whatever goes in.
+/// A step that never returns NaN or infinity, nor leaves them in the state, for any input.
 ///
-/// A step is not taken whose `dt` [s] is not positive and finite, or that would leave a number of output or state which
-/// is not finite. `NAME_step` in the generated C is this function.
+/// A step is refused if its `dt` [s] is not positive and finite, or if it would leave a non-finite number in output or
+/// state. `NAME_step` in the generated C is this function.
 pub fn guarded<T: Scalar<Mask = bool>, B: Block<T>>(
     block: &B,
     state: &mut B::State,
@@ -65,7 +65,7 @@ fn zero<T: Scalar>(_: T, _: T) -> T {
 }
 
 fn all_finite<T: Scalar<Mask = bool>, V: Fields<T>>(value: &V) -> bool {
-    // 0·x is 0 unless x is infinite or no number. A chain of comparisons keeps LLVM 22 busy without end.
+    // 0·x is 0 unless x is infinite or NaN. A chain of comparisons makes LLVM 22 very slow.
     let mut sum = T::of(0.0);
     let _ = value.merge(value, &mut adding_zeros(&mut sum));
     is_finite(sum)
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_copes_with_a_lost_sensor_goes_on_and_says_so() {
+    fn a_block_that_handles_a_lost_sensor_goes_on_and_reports_it() {
         let mut state = VelocityObserverState::default();
         step(&mut state, 0.5, 1.0, 1e-3);
         let before = state;
@@ -126,7 +126,7 @@ mod tests {
     /// A block that overflows.
     #[derive(Clone, Copy, Debug, PartialEq, crate::Fields)]
     struct Power<T> {
-        /// What it is multiplied with besides itself.
+        /// The second factor.
         #[field(unit = "1", default = 1.0)]
         factor: T,
     }

@@ -1,4 +1,4 @@
-//! What is known of each number besides its value: name, symbol, unit, range, default, help.
+//! Description of each number: name, symbol, unit, range, default, help.
 //!
 //! `#[derive(Fields)]` writes the tables from the struct. The file format, forms, C structs and recording channels
 //! follow from them by one of three walks: [`Fields::walk`] (visit, read, change), [`Fields::map`] (to another kind of
@@ -9,9 +9,9 @@ use crate::scalar::Scalar;
 /// One field of a struct.
 #[derive(Debug)]
 pub struct Field {
-    /// As in the code and in files: `stribeck_velocity`.
+    /// Name in code and files: `stribeck_velocity`.
     pub name: &'static str,
-    /// As in an equation: `Ω_Strib`; empty for a group.
+    /// Symbol in equations: `Ω_Strib`; empty for a group.
     pub symbol: &'static str,
     /// SI unit: `N m/rad`; `1` for a pure number; empty for a group.
     pub unit: &'static str,
@@ -19,20 +19,20 @@ pub struct Field {
     pub minimum: f64,
     /// Largest allowed value.
     pub maximum: f64,
-    /// Value unless given.
+    /// Default value.
     pub default: f64,
     /// The doc comment.
     pub help: &'static str,
-    /// What kind of number it is; [`Kind::Real`] for a group.
+    /// Kind of number; [`Kind::Real`] for a group.
     pub kind: Kind,
-    /// What lies below.
+    /// Contents of the field.
     pub shape: Shape,
 }
 
-/// Which values make sense besides the range.
+/// Kind of values, besides the range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Any.
+    /// Any number.
     Real,
     /// Whole numbers.
     Whole,
@@ -40,12 +40,12 @@ pub enum Kind {
     Flag,
 }
 
-/// What a field consists of.
+/// Contents of a field.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
     /// One number.
     Number,
-    /// So many of the same shape.
+    /// A list of this length.
     List(usize, &'static Shape),
     /// A struct.
     Group(&'static [Field]),
@@ -53,7 +53,7 @@ pub enum Shape {
     Choice {
         /// The key that names the variant.
         tag: &'static str,
-        /// What there is to choose from.
+        /// The variants.
         variants: &'static [Variant],
     },
 }
@@ -79,11 +79,11 @@ impl Shape {
 /// One alternative of a choice.
 #[derive(Debug)]
 pub struct Variant {
-    /// As in files: `elasto-plastic`.
+    /// Name in files: `elasto-plastic`.
     pub name: &'static str,
     /// The doc comment.
     pub help: &'static str,
-    /// Its fields; they stand in the same table as the tag.
+    /// Its fields, in the same table as the tag.
     pub shape: Shape,
 }
 
@@ -95,15 +95,15 @@ pub struct Relation<T> {
     pub field: &'static str,
     /// Its value.
     pub value: T,
-    /// How it must relate to the bound.
+    /// Required relation to the bound.
     pub order: Order,
-    /// What the other fields give.
+    /// The bound.
     pub bound: T,
-    /// Why, and what to do.
+    /// Cause and remedy.
     pub remedy: &'static str,
 }
 
-/// How a value must relate to its bound.
+/// Required relation of a value to its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// value ≤ bound
@@ -113,7 +113,7 @@ pub enum Order {
 }
 
 impl Order {
-    /// In words.
+    /// Text for messages.
     pub const fn words(self) -> &'static str {
         match self {
             Order::AtMost => "at most",
@@ -144,24 +144,24 @@ impl Relation<f64> {
     }
 }
 
-/// A law between fields that does not hold.
+/// A violated law between fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterError {
     /// The field to change.
     pub field: &'static str,
     /// Its value.
     pub value: f64,
-    /// How it should relate to the bound: "at most", "at least".
+    /// Required relation to the bound: "at most", "at least".
     pub relation: &'static str,
     /// The bound that the other fields give.
     pub bound: f64,
-    /// Why, and what to do.
+    /// Cause and remedy.
     pub remedy: &'static str,
 }
 
 /// A visitor of all numbers of a struct, in the order of declaration.
 pub trait Walk<T> {
-    /// A number; within a list once an element.
+    /// A number; in a list once for each element.
     fn number(&mut self, field: &'static Field, value: &mut T);
 
     /// The variant that is chosen; the return value becomes the choice, with the variant's defaults if it is another.
@@ -170,7 +170,7 @@ pub trait Walk<T> {
         current
     }
 
-    /// What follows, up to [`leave`](Self::leave), lies within this field.
+    /// Start of a field; its contents follow up to [`leave`](Self::leave).
     fn enter(&mut self, field: &'static Field) {
         let _ = field;
     }
@@ -183,13 +183,13 @@ pub trait Walk<T> {
         let _ = index;
     }
 
-    /// A count that is no number of the signal path, as how many steps a tick has.
+    /// A count outside the signal path, such as the steps of a tick.
     fn fixed(&mut self, count: &mut usize) {
         let _ = count;
     }
 }
 
-/// What may be fixed: one count or two.
+/// Fixed configuration: one count or two.
 pub trait Fixed {
     /// Visits the counts.
     fn counts<T>(&mut self, walk: &mut dyn Walk<T>);
@@ -210,11 +210,11 @@ impl Fixed for (usize, usize) {
 
 /// A receiver of the laws between fields.
 pub trait Laws<T> {
-    /// What follows lies within this field.
+    /// Start of a field.
     fn enter(&mut self, field: &'static Field);
     /// The end of a field.
     fn leave(&mut self);
-    /// What follows, up to the next element or [`leave`](Self::leave), is this element of the field's list.
+    /// Start of an element of the field's list, up to the next element or [`leave`](Self::leave).
     fn element(&mut self, index: usize) {
         let _ = index;
     }
@@ -222,13 +222,13 @@ pub trait Laws<T> {
     fn state(&mut self, law: Relation<T>);
 }
 
-/// A struct of numbers that knows about them. Derived, never written by hand.
+/// A struct of numbers with its description. Derived, never written by hand.
 pub trait Fields<T: Scalar>: Copy {
     /// The struct's name.
     const NAME: &'static str;
-    /// The struct's doc comment, Markdown as it stands there; empty for bare numbers.
+    /// The struct's doc comment, in Markdown; empty for bare numbers.
     const HELP: &'static str = "";
-    /// What it consists of.
+    /// Its contents.
     const SHAPE: Shape;
     /// The same struct over another kind of number.
     type With<U: Scalar>: Fields<U>;
@@ -250,10 +250,10 @@ pub trait Fields<T: Scalar>: Copy {
     /// `join`: a closure belongs to the number alone, not to the struct that is merged.
     fn merge(&self, other: &Self, join: &mut impl FnMut(T, T) -> T) -> Self;
 
-    /// States the laws between fields, here and below. Ranges are checked by whoever walks the numbers.
+    /// States the laws between fields, here and below. Ranges are checked by a walk over the numbers.
     fn laws(&self, laws: &mut dyn Laws<T>);
 
-    /// Checks what no relation of two numbers says, of this struct as a whole.
+    /// Checks laws of this struct that are not relations of two numbers.
     fn check(values: &Self::With<f64>) -> Result<(), ParameterError> {
         let _ = values;
         Ok(())
@@ -404,7 +404,7 @@ mod tests {
         }
     }
 
-    /// What holds the load.
+    /// The holder of the load.
     #[derive(Clone, Copy, Debug, PartialEq, Fields)]
     #[fields(tag = "kind")]
     enum Holder<T> {
@@ -460,7 +460,7 @@ mod tests {
     /// A spring that is counted.
     #[derive(Clone, Copy, Debug, PartialEq, Fields)]
     struct Counted<T> {
-        /// How many.
+        /// Number of springs.
         #[field(fixed)]
         count: usize,
         /// Stiffness of each.
@@ -469,7 +469,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_fixed_is_no_number_and_is_kept() {
+    fn fixed_configuration_is_not_a_number_and_is_kept() {
         let springs = Counted { count: 4, ..Counted::<f64>::default() };
         let single = springs.map(&mut |v| v as f32);
         assert_eq!(single, Counted { count: 4, stiffness: 3.0f32 });
@@ -529,6 +529,6 @@ mod tests {
     #[test]
     fn the_doc_comment_of_a_struct_is_its_help() {
         assert_eq!(<Pair<f64> as Fields<f64>>::HELP, "Two springs.");
-        assert_eq!(<[Holder<f64>; 2] as Fields<f64>>::HELP, "What holds the load.");
+        assert_eq!(<[Holder<f64>; 2] as Fields<f64>>::HELP, "The holder of the load.");
     }
 }

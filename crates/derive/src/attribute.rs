@@ -1,4 +1,4 @@
-//! What stands in `#[field(…)]`, `#[fields(…)]` and the doc comment.
+//! Contents of `#[field(…)]`, `#[fields(…)]` and the doc comment.
 
 use quote::ToTokens;
 use syn::{Attribute, Error, Expr, ExprLit, ExprPath, ExprUnary, Lit, LitStr, RangeLimits, Result, UnOp};
@@ -19,7 +19,7 @@ pub(crate) struct Number {
 pub(crate) struct Container {
     /// The relations between the fields.
     pub(crate) law: Option<ExprPath>,
-    /// What no relation of two numbers says.
+    /// Checks that are not relations of two numbers.
     pub(crate) check: Option<ExprPath>,
     pub(crate) tag: Option<String>,
 }
@@ -29,7 +29,7 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
     let mut found = attributes.iter().filter(|a| a.path().is_ident("field"));
     let Some(attribute) = found.next() else { return Ok(None) };
     if let Some(second) = found.next() {
-        return Err(Error::new_spanned(second, "one #[field(…)] says it all"));
+        return Err(Error::new_spanned(second, "duplicate #[field(…)]; use one for each field"));
     }
     let mut out = Number {
         symbol: String::new(),
@@ -52,7 +52,7 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
                 return Err(meta.error("a range is two numbers: range = 0.0..=1.0"));
             };
             let (Some(low), Some(high), RangeLimits::Closed(_)) = (&range.start, &range.end, range.limits) else {
-                return Err(Error::new_spanned(&range, "a range names both ends, inclusive: 0.0..=1.0"));
+                return Err(Error::new_spanned(&range, "a range requires both ends, inclusive: 0.0..=1.0"));
             };
             out.range = (literal(low)?, literal(high)?);
             if out.range.0 > out.range.1 {
@@ -68,13 +68,15 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
         } else if meta.path.is_ident("flag") {
             out.kind = "Flag";
         } else {
-            return Err(meta.error("a field has: symbol, unit, range, default, whole, flag; or it is fixed"));
+            return Err(
+                meta.error("unknown key; a field has symbol, unit, range, default, whole, flag, or it is fixed")
+            );
         }
         Ok(())
     })?;
     if out.kind == "Flag" {
         if let Some(range) = range_given_at {
-            return Err(Error::new_spanned(range, "a flag is 0 or 1: leave the range out"));
+            return Err(Error::new_spanned(range, "a flag is 0 or 1: remove the range"));
         }
         out.range = (0.0, 1.0);
     }
@@ -86,15 +88,15 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
     } else if default_given_at.is_some() {
         format!("the default {:?} is outside the range {low:?} … {high:?}", out.default)
     } else {
-        format!("0 is outside the range {low:?} … {high:?}: give a default")
+        format!("the default 0 is outside the range {low:?} … {high:?}: state another default")
     };
     Err(Error::new_spanned(default_given_at.unwrap_or_else(|| attribute.to_token_stream()), problem))
 }
 
-/// Whether a field says `#[field(fixed)]`: configuration that is no number of the signal path.
+/// Whether a field has `#[field(fixed)]`: configuration outside the signal path.
 pub(crate) fn is_fixed(attributes: &[Attribute]) -> bool {
-    let says = |a: &Attribute| a.parse_args::<syn::Ident>().is_ok_and(|word| word == "fixed");
-    attributes.iter().filter(|a| a.path().is_ident("field")).any(says)
+    let is_fixed = |a: &Attribute| a.parse_args::<syn::Ident>().is_ok_and(|word| word == "fixed");
+    attributes.iter().filter(|a| a.path().is_ident("field")).any(is_fixed)
 }
 
 /// Reads `#[fields(…)]`.
@@ -109,7 +111,7 @@ pub(crate) fn container(attributes: &[Attribute]) -> Result<Container> {
             } else if meta.path.is_ident("tag") {
                 out.tag = Some(meta.value()?.parse::<LitStr>()?.value());
             } else {
-                return Err(meta.error("fields has: law and check (of a struct), tag (an enum's key)"));
+                return Err(meta.error("unknown key; fields has law and check (of a struct), tag (of an enum)"));
             }
             Ok(())
         })?;
@@ -117,7 +119,7 @@ pub(crate) fn container(attributes: &[Attribute]) -> Result<Container> {
     Ok(out)
 }
 
-/// The doc comment as one line a paragraph, paragraphs apart by an empty line.
+/// The doc comment as one line for each paragraph, separated by empty lines.
 pub(crate) fn help(attributes: &[Attribute]) -> String {
     let mut text = String::new();
     for line in doc(attributes).lines().map(str::trim) {
@@ -133,7 +135,7 @@ pub(crate) fn help(attributes: &[Attribute]) -> String {
     text
 }
 
-/// The doc comment line by line, as it stands.
+/// The doc comment line by line.
 pub(crate) fn doc(attributes: &[Attribute]) -> String {
     let mut lines = Vec::new();
     for attribute in attributes.iter().filter(|a| a.path().is_ident("doc")) {
@@ -153,6 +155,6 @@ fn literal(expression: &Expr) -> Result<f64> {
         Expr::Lit(ExprLit { lit: Lit::Float(value), .. }) => value.base10_parse(),
         Expr::Lit(ExprLit { lit: Lit::Int(value), .. }) => value.base10_parse(),
         Expr::Unary(ExprUnary { op: UnOp::Neg(_), expr, .. }) => Ok(-literal(expr)?),
-        other => Err(Error::new_spanned(other, "say the number itself: it also goes into files and forms")),
+        other => Err(Error::new_spanned(other, "expected a number literal, which is also written to files and forms")),
     }
 }

@@ -42,15 +42,17 @@ fn is_number(ty: &Type, number: &Ident) -> bool {
 fn help(ident: &Ident, attributes: &[Attribute]) -> Result<String> {
     let help = attribute::help(attributes);
     if help.is_empty() {
-        return Err(Error::new(ident.span(), format!("say in a doc comment what `{ident}` is: it is the help text")));
+        return Err(Error::new(ident.span(), format!("missing doc comment of `{ident}`: it is the help text")));
     }
     Ok(help)
 }
 
 /// The table row of a field.
 fn row(field: &Field, number: &Ident) -> Result<TokenStream> {
-    let ident =
-        field.ident.as_ref().ok_or_else(|| Error::new(field.span(), "fields need names: they go into files"))?;
+    let ident = field
+        .ident
+        .as_ref()
+        .ok_or_else(|| Error::new(field.span(), "fields require names, which are used in files"))?;
     let name = ident.to_string();
     let help = help(ident, &field.attrs)?;
     let ty = &field.ty;
@@ -77,7 +79,9 @@ fn row(field: &Field, number: &Ident) -> Result<TokenStream> {
     let Some((attribute, unit)) = attribute.and_then(|a| unit_of(&a).map(|unit| (a, unit))) else {
         return Err(Error::new(
             ident.span(),
-            format!("`{name}` is a number: say its unit, as in #[field(unit = \"N m\")]; \"1\" for a pure number"),
+            format!(
+                "missing unit of the number `{name}`; state it as in #[field(unit = \"N m\")]; \"1\" for a pure number"
+            ),
         ));
     };
     let (minimum, maximum) = (bound(attribute.range.0), bound(attribute.range.1));
@@ -114,7 +118,7 @@ fn default_of(ty: &Type, field: &Field, number: &Ident) -> Result<TokenStream> {
 
 fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, container: &Container) -> Result<TokenStream> {
     let Fields::Named(named) = &data.fields else {
-        return Err(Error::new(input.ident.span(), "fields need names: they go into files"));
+        return Err(Error::new(input.ident.span(), "fields require names, which are used in files"));
     };
     let name = &input.ident;
     let label = name.to_string();
@@ -242,7 +246,7 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
         choices.push(choice);
     }
     let defaults: Vec<_> = choices.iter().map(|choice| variant_default(name, choice)).collect();
-    let first = defaults.first().ok_or_else(|| Error::new(name.span(), "a choice needs variants"))?;
+    let first = defaults.first().ok_or_else(|| Error::new(name.span(), "an enum requires variants"))?;
     let contents = enum_contents(name, number, &tag, &choices, &defaults);
     let map_and_merge = enum_map_and_merge(name, number, &choices);
     let laws = enum_laws(name, number, &choices);
@@ -281,7 +285,7 @@ fn held<'a>(variant: &'a Variant, number: &Ident) -> Result<Option<&'a Type>> {
     if is_number(inner, number) || matches!(inner, Type::Array(_)) {
         return Err(Error::new(
             inner.span(),
-            "a variant holds nothing or one struct of numbers: a number needs a name",
+            "a variant holds nothing or one struct of numbers: a number requires a name",
         ));
     }
     Ok(Some(inner))
@@ -304,7 +308,7 @@ fn variant_default(name: &Ident, Choice { ident, inner }: &Choice<'_>) -> TokenS
     }
 }
 
-/// The function `contents` of an enum: which variant it is, and what is in it.
+/// The function `contents` of an enum: the variant and its contents.
 fn enum_contents(
     name: &Ident,
     number: &Ident,
@@ -364,7 +368,7 @@ fn enum_map_and_merge(name: &Ident, number: &Ident, choices: &[Choice<'_>]) -> T
     }
 }
 
-/// The function `laws` of an enum: those of the variant that it is.
+/// The function `laws` of an enum: those of its variant.
 fn enum_laws(name: &Ident, number: &Ident, choices: &[Choice<'_>]) -> TokenStream {
     let laws = choices.iter().map(|Choice { ident, inner }| match inner {
         Some(ty) => {

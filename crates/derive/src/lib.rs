@@ -4,7 +4,7 @@
 //! #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 //! #[fields(law = LuGre::law)]                           // relations between fields, over any kind of number
 //! pub struct LuGre<T> {
-//!     /// What the number is: the help text.
+//!     /// Meaning of the number: the help text.
 //!     #[field(symbol = "σ₀", unit = "N m/rad", range = 1e-3..=1e7, default = 300.0)]
 //!     pub bristle_stiffness: T,
 //!     /// A struct of numbers: a group.
@@ -12,9 +12,9 @@
 //! }
 //! ```
 //!
-//! A law is a function that gives relations between fields. What no relation says is checked, of a whole file, by a
-//! function over `f64` that `#[fields(check = …)]` names. Configuration that is no number of the signal path, such as how
-//! many steps a tick has, is `#[field(fixed)]`: no file that people write has it.
+//! A law is a function that gives relations between fields. Anything else is checked, of a whole file, by a
+//! function over `f64` that `#[fields(check = …)]` names. Configuration outside the signal path, such as how
+//! many steps a tick has, is `#[field(fixed)]`: it is not in parameter files.
 //!
 //! `whole` and `flag` restrict a number to whole values or 0 and 1. Of an enum, each variant holds nothing or one
 //! struct; the key that names it in files is `#[fields(tag = "model")]`.

@@ -1,4 +1,4 @@
-//! Units of the SI, as they stand behind a number: `N m/rad`, `V/(m/s^2)`, `1/s`.
+//! SI units, as written after a number: `N m/rad`, `V/(m/s^2)`, `1/s`.
 
 /// Names that a unit may consist of. Angles count as a unit of their own, so that rad/s and Hz stay apart.
 const UNITS: [&str; 21] = [
@@ -11,7 +11,7 @@ pub(crate) fn check(text: &str) -> Result<(), String> {
     let mut rest = text;
     product(&mut rest)?;
     if !rest.is_empty() {
-        return Err(format!("unit \"{text}\": cannot read from \"{rest}\" on"));
+        return Err(format!("unit \"{text}\": cannot read \"{rest}\""));
     }
     Ok(())
 }
@@ -36,17 +36,17 @@ fn factor(rest: &mut &str) -> Result<(), String> {
         let end = rest.find([' ', '/', '(', ')', '^']).unwrap_or(rest.len());
         let (name, tail) = rest.split_at(end);
         if name.is_empty() {
-            return Err("a name of a unit is missing: one space or one / stands between two, as in \"N m/rad\"".into());
+            return Err("missing name of a unit; separate units by one space or one /, as in \"N m/rad\"".into());
         }
         if !UNITS.contains(&name) {
-            return Err(format!("\"{name}\" is not a unit known here; known are {}", UNITS.join(", ")));
+            return Err(format!("unknown unit \"{name}\"; the units are {}", UNITS.join(", ")));
         }
         *rest = tail;
     }
     if let Some(tail) = rest.strip_prefix('^') {
         let end = tail.find(|c: char| !c.is_ascii_digit()).unwrap_or(tail.len());
         if end == 0 {
-            return Err("a power of a unit lacks its number".into());
+            return Err("missing number in the power of a unit".into());
         }
         *rest = &tail[end..];
     }

@@ -1,6 +1,6 @@
-//! What the derive refuses, and in which words: the message is what its user reads.
+//! Errors of the derive and their messages, as its users read them.
 //!
-//! `TRYBUILD=overwrite cargo test -p stickslip-derive --test ui` writes the `.stderr` files anew; read the difference.
+//! `TRYBUILD=overwrite cargo test -p stickslip-derive --test ui` rewrites the `.stderr` files; review the difference.
 
 #[test]
 fn mistakes_are_refused_in_plain_words() {

@@ -73,11 +73,11 @@ mod tests {
         let perhaps = [1.9, 1.5, 2.6, 3.6].to_vec();
         let choice = choose(&[simple.clone(), perhaps]).unwrap();
         assert_eq!((choice.best, choice.chosen), (1, 0));
-        assert!((found.behind[0][0] - 0.1).abs() < 1e-12 && (found.behind[0][1] - 0.3342).abs() < 1e-3);
+        assert!((choice.behind[0][0] - 0.1).abs() < 1e-12 && (choice.behind[0][1] - 0.3342).abs() < 1e-3);
         // The best has a mean of 2.4, and 3.182 standard errors of four folds are 95 %.
         let [share, half_width] = choice.share_behind(0).unwrap();
         assert!((share - 0.1 / 2.4).abs() < 1e-12 && (half_width - 3.182 * 0.3342 / 2.4).abs() < 1e-3);
-        assert_eq!(found.share_behind(1), None);
+        assert_eq!(choice.share_behind(1), None);
         // Hard folds are hard for all: the differences count, not the scatter.
         assert_eq!(choose(&[vec![100.1, 1.1], vec![100.0, 1.0]]).unwrap().chosen, 1);
     }

@@ -163,12 +163,12 @@ mod tests {
 
     #[test]
     fn each_gap_is_reported_with_its_remedy() {
-        says(
+        assert_finding(
             &fitted(&synthetic([0.18, 0.2, 3.0, 2e-3], 5e-4, 1)),
             "There is no Stribeck effect",
             "add speeds below 0.10 rad/s",
         );
-        says(
+        assert_finding(
             &fitted(&synthetic([0.1803, 0.18, 3.0, 2e-3], 5e-4, 4)),
             "No Stribeck effect is shown",
             "repeat the slow ones",
@@ -176,7 +176,7 @@ mod tests {
         let slow = within(synthetic([0.3, 0.18, 3.0, 2e-4], 2e-3, 2), 0.0, 15.0);
         assert_finding(&fitted(&slow), "The viscous friction is uncertain", "add speeds above 14 rad/s");
         let fast = within(synthetic([0.3, 0.18, 3.0, 2e-3], 1e-4, 3), 1.0, 50.0);
-        says(
+        assert_finding(
             &fitted(&fast),
             "The breakaway torque is extrapolated: the slowest point is at 0.",
             "Add speeds below 0.7",

@@ -119,7 +119,7 @@ pub struct StribeckFit {
     pub speeds: [f64; 2],
     /// Points further from the curve than [`OUTLIER`] of their standard errors, as indices of `residuals`.
     pub outliers: Vec<usize>,
-    /// Probability of so few or so many changes of sign along rising speed with random residuals (Wald and
+    /// Probability of this number of changes of sign along rising speed with random residuals (Wald and
     /// Wolfowitz): small where the curve's form differs from that of the data.
     pub runs_probability: f64,
     /// Whether the data show M_S > M_K.
@@ -228,7 +228,7 @@ fn extra(samples: &[Sample], huber: Option<f64>, start: Parameters<f64>, bounds:
     let largest = samples.iter().map(|s| s.torque.abs()).fold(0.0, f64::max);
     // Below this share of the torque nothing is added.
     let (mut low, mut high) = (1e-8 * largest, largest);
-    // A scatter within the 95 % of chance is no lack of fit: adding it half of the time would widen the intervals of
+    // A scatter within the 95 % of chance is not a lack of fit: adding it half of the time would widen the intervals of
     // good fits, and most by the best points.
     let chance = 1.645 * (2.0 / (samples.len() - 4) as f64).sqrt();
     if excess(low) <= chance * square {

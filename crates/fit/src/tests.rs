@@ -263,7 +263,7 @@ mod reference {
                 let Ok(minimum) = minimise(start, [free, free, bounds, free], stop, residuals);
                 let cost = cost(minimum.parameters, samples);
                 if cost < best.1 {
-                    best = (found.parameters, cost);
+                    best = (minimum.parameters, cost);
                 }
             }
         }

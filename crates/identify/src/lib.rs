@@ -107,7 +107,7 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
     if mass.is_nan() || mass <= 0.0 {
         let remedy = "The command moves the axis the other way: reverse the sign of drive.gain, or check whether a \
                       column counts against the motion. A force that depends on the position, a spring or a weight on \
-                      an arm, is no part of the model and can do the same.";
+                      an arm, is not part of the model and has the same effect.";
         return Err(IdentifyError::Implausible { what: "the identified inertia", value: mass, remedy }.into());
     }
     let curve = FrictionCurve::of(&motion, mass, recipe.low_pass, recipe.skip);

@@ -181,7 +181,7 @@ fn fit_all(
     let bodies = rigid(motion, range.clone(), recipe)?;
     let asymmetric = bodies[1].1;
     let mut fits: Vec<Fit> = bodies.map(|(kind, model)| (kind, model, None)).into();
-    // Logarithms require positive parameters; a rigid body without them is no start for a fit.
+    // Logarithms require positive parameters; a rigid body without them is not a start for a fit.
     let sides = [asymmetric.positive, asymmetric.negative];
     if !sides.iter().all(|s| s.kinetic_torque > 0.0 && s.viscous_friction > 0.0) {
         return Ok(fits);

@@ -11,7 +11,7 @@ pub struct ParameterLine {
     pub name: &'static str,
     /// Value with its interval.
     pub identified: Estimate,
-    /// What the machine file says that others found.
+    /// Published value in the machine file.
     pub published: Option<Estimate>,
 }
 

@@ -9,7 +9,7 @@ use super::*;
 use stickslip_base::{Error, Watch};
 
 /// A modelled friction with errors, quickly: a sine, one seed.
-const BELIEF: &str = r#"
+const MODEL: &str = r#"
 manoeuvres = ["sine_2hz"]
 
 [set]
@@ -53,12 +53,12 @@ fn refused(text: &str) -> String {
 #[test]
 fn compensation_is_best_with_the_right_model() {
     let folder = tempfile::tempdir().unwrap();
-    let outcome = run_study(&plan(BELIEF), folder.path(), &Watch::silent()).unwrap();
+    let outcome = run_study(&plan(MODEL), folder.path(), &Watch::silent()).unwrap();
     let rows = rows(&outcome);
     assert_eq!((rows.len(), rows[0].case, rows[20].case), (21, 1, 21));
     assert_eq!(rows[8].values, [1.0, 1.2e-3], "the last axis changes first");
-    let deviation = |belief: f64| {
-        let row = rows.iter().find(|row| row.values == [belief, 1.2e-3]).unwrap();
+    let deviation = |factor: f64| {
+        let row = rows.iter().find(|row| row.values == [factor, 1.2e-3]).unwrap();
         row.measures[0].unwrap()
     };
     assert!(deviation(1.0) < 0.7 * deviation(0.4) && deviation(1.0) < 0.7 * deviation(1.6), "{rows:?}");
@@ -69,7 +69,7 @@ fn the_file_does_not_depend_on_threads_and_interruptions() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |name: &str| std::fs::read(folder.path().join(name).join("study.parquet")).unwrap();
     let run = |threads, name: &str, watch: &Watch| {
-        run_study(&Plan { threads, ..plan(BELIEF) }, &folder.path().join(name), watch)
+        run_study(&Plan { threads, ..plan(MODEL) }, &folder.path().join(name), watch)
     };
     assert_eq!(run(1, "one", &Watch::silent()).unwrap().kept, 0);
     run(3, "three", &Watch::silent()).unwrap();
@@ -98,7 +98,7 @@ fn parts_of_other_inputs_and_broken_parts_are_not_reused() {
     let cancelled = Arc::new(AtomicBool::new(false));
     let stop = cancelled.clone();
     let watch = Watch::new(cancelled, move |_, fraction| stop.store(fraction > 0.5, Ordering::Relaxed));
-    let two = Plan { threads: 1, ..plan(BELIEF) };
+    let two = Plan { threads: 1, ..plan(MODEL) };
     assert!(run_study(&two, folder.path(), &watch).is_err());
     let part = folder.path().join("parts/0000000.parquet");
     let whole = std::fs::read(&part).unwrap();
@@ -119,7 +119,7 @@ fn parts_of_other_inputs_and_broken_parts_are_not_reused() {
 
 #[test]
 fn a_failed_case_has_a_reason_and_the_others_go_on() {
-    let text = BELIEF.replace("values = [1.0e-3, 1.2e-3, 1.4e-3, 1.6e-3, 1.8e-3, 2.0e-3, 2.2e-3]", "values = [1.2e-3]");
+    let text = MODEL.replace("values = [1.0e-3, 1.2e-3, 1.4e-3, 1.6e-3, 1.8e-3, 2.0e-3, 2.2e-3]", "values = [1.2e-3]");
     // A bench that admits no deviation, and a jitter that its ticks do not admit: the first stops, the second is
     // refused.
     let more = "[[axis]]\npath = \"bench.safety.following_error\"\nvalues = [1e-3, 2.0]\n\
@@ -269,7 +269,7 @@ fn samples_are_within_their_ranges_and_have_their_kind_of_picture() {
         }
     }
     let folder = tempfile::tempdir().unwrap();
-    let outcome = run_study(&plan(BELIEF), folder.path(), &Watch::silent()).unwrap();
+    let outcome = run_study(&plan(MODEL), folder.path(), &Watch::silent()).unwrap();
     let findings = outcome.findings().unwrap();
     let elsewhere = folder.path().join("else/where");
     findings.write(&elsewhere, "stickslip study").unwrap();
@@ -457,7 +457,7 @@ fn a_fit_that_cannot_be_drawn_from_is_refused_before_anything_runs() {
 #[test]
 fn a_case_that_panics_reports_it_and_the_others_are_unchanged() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = plan(BELIEF);
+    let plan = plan(MODEL);
     let silent = Watch::silent();
     let right = rows(&run_study(&plan, &folder.path().join("right"), &silent).unwrap());
     for threads in [1, 3] {
@@ -487,7 +487,7 @@ fn a_case_that_panics_reports_it_and_the_others_are_unchanged() {
 fn parts_from_another_machine_give_the_same_file() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |name: &str| std::fs::read(folder.path().join(name).join("study.parquet")).unwrap();
-    let plan = plan(BELIEF);
+    let plan = plan(MODEL);
     let silent = Watch::silent();
     run_study(&plan, &folder.path().join("here"), &silent).unwrap();
 
@@ -546,7 +546,7 @@ fn a_work_is_the_same_on_another_machine_without_the_files_of_this_one() {
 #[test]
 fn a_work_of_another_version_is_refused_with_both() {
     let folder = tempfile::tempdir().unwrap();
-    let sent = plan(BELIEF).ready(folder.path(), &Watch::silent()).unwrap().to_json();
+    let sent = plan(MODEL).ready(folder.path(), &Watch::silent()).unwrap().to_json();
     let version = format!("\"version\":\"{}\"", env!("CARGO_PKG_VERSION"));
     let refused = |text: &str| Work::from_json(text).unwrap_err().to_string();
     let other = refused(&sent.replace(&version, "\"version\":\"0.0.1\",\"more\":1"));
@@ -576,18 +576,18 @@ fn a_part_is_a_hundredth_of_the_cases_a_second_of_work_and_whole_vectors() {
     assert_eq!(parts("sine_2hz", 100_000, 1), (1042, 96));
     assert_eq!(parts("sine_2hz", 100_000, 100), (12_500, 8));
     // The inputs of a part take less space than the part, and differ for any bit.
-    let mut long = plan(BELIEF);
+    let mut long = plan(MODEL);
     let values: Vec<f64> = (0..100_000).map(|k| 1e-3 + 1e-9 * f64::from(k)).collect();
     let inputs = |plan: &Plan| Work::new(plan.clone(), None).unwrap().follows_from;
     long.axes[1].spread = Spread::Values(values.clone());
-    assert!(inputs(&long).len() < 100 + inputs(&plan(BELIEF)).len());
+    assert!(inputs(&long).len() < 100 + inputs(&plan(MODEL)).len());
     let mut other = long.clone();
     let mut values = values;
     values[70_000] = values[70_000].next_up();
     other.axes[1].spread = Spread::Values(values);
     assert_ne!(inputs(&other), inputs(&long));
     // No more parts than can be listed.
-    let mut many = plan(BELIEF);
+    let mut many = plan(MODEL);
     (many.design, many.seeds) = (Design::Sobol { samples: 1_000_000_000 }, 1000);
     assert_eq!(Work::new(many, None).unwrap().part(0), 0..1000);
 }
@@ -595,7 +595,7 @@ fn a_part_is_a_hundredth_of_the_cases_a_second_of_work_and_whole_vectors() {
 #[test]
 fn a_study_of_a_program_has_its_machine_and_no_lines() {
     let machine = stickslip_base::parameters::presets::find("emps").unwrap();
-    let plan = read_text(BELIEF, Some(machine)).unwrap();
+    let plan = read_text(MODEL, Some(machine)).unwrap();
     assert_eq!((plan.machine.as_str(), plan.title.as_str()), ("emps", "study"));
     assert_eq!(plan.grid().unwrap()[1].len(), 7);
     assert_eq!(sampled("kind = \"sobol\"\nsamples = 12").grid(), None);

@@ -14,7 +14,7 @@ pub const LANES: usize = 8;
 /// A number of each of them.
 pub type Wide = Lanes<f64, LANES>;
 
-/// A tick of each bench, with the bits that it has alone; see [`VirtualBench::tick_of`]. The width of the vectors is chosen
+/// A tick of each bench, with the same bits as alone; see [`VirtualBench::tick_of`]. The width of the vectors is chosen
 /// at run time by what the processor has. x86 processors without AVX2 compute one lane after the other: vectors of two
 /// numbers save nothing, and their code takes longest to compile.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]

@@ -14,7 +14,7 @@ use stickslip_core::scalar::{Lanes, Scalar};
 use stickslip_core::tick::{BenchInput, BenchState, VirtualBench};
 use stickslip_wide::{LANES, Wide, lane_by_lane, tick};
 
-/// What a function consists of.
+/// Instructions of a function.
 #[derive(Debug, Default)]
 struct Mix {
     packed: usize,
@@ -115,9 +115,9 @@ fn a_tick_is_vector_instructions_with_few_calls() {
     }
 }
 
-/// The counter itself: scalar code is seen as scalar, a call as a call.
+/// The counter itself: scalar code counts as scalar, a call as a call.
 #[test]
-fn scalar_code_is_told_from_vector_code() {
+fn scalar_and_vector_code_are_distinguished() {
     #[inline(never)]
     fn deliberately_scalar(x: f64, y: f64) -> f64 {
         (x * y + 1.0).sqrt() / (x - y)

@@ -34,7 +34,7 @@ fn no_block_is_forgotten() {
     let mut blocks = Vec::new();
     let mut folders = vec![core];
     while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).expect("the source of the core lies beside this crate") {
+        for entry in std::fs::read_dir(&folder).expect("the source of the core is next to this crate") {
             let path = entry.expect("a readable folder").path();
             if path.is_dir() {
                 folders.push(path);

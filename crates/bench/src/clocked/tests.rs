@@ -126,7 +126,7 @@ fn breaking(link: bool) -> String {
 
 #[test]
 fn a_failed_sensor_or_link_ends_the_experiment_with_its_reason() {
-    assert!(breaking(false).contains("tacho velocity is no number"));
+    assert!(breaking(false).contains("tacho velocity is not finite"));
     assert!(breaking(true).contains("arrived twice"));
 }
 

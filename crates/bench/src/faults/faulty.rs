@@ -2,7 +2,7 @@
 
 use crate::BenchError;
 use stickslip_core::cycle::{Software, Voltages};
-use stickslip_core::snapshot::{StateVisitor, count, fields, flag, which};
+use stickslip_core::snapshot::{StateVisitor, choice, count, fields, flag};
 use stickslip_core::tick::{Decoder, Measurement};
 
 use super::{Injection, Kind};
@@ -42,7 +42,7 @@ impl Injected {
     fn keep(&mut self, keep: &mut dyn StateVisitor) {
         let Injected { injection: Injection { kind, value, at }, start, counts, last } = self;
         let place = Kind::all().position(|other| other == *kind).unwrap_or(0);
-        let place = which(keep, place, Kind::all().count());
+        let place = choice(keep, place, Kind::all().count());
         *kind = Kind::all().nth(place).unwrap_or(*kind);
         let mut active = start.is_some();
         let (mut voltages, mut before) = start.unwrap_or_default();
@@ -138,7 +138,7 @@ impl Faults {
 
     fn keep(&mut self, keep: &mut dyn StateVisitor) {
         let Faults { injected, decoder, tick_time: _, tick, missed, controller_nan } = self;
-        let many = which(keep, injected.len(), ROOM + 1);
+        let many = choice(keep, injected.len(), ROOM + 1);
         let nothing = Injected { injection: Injection::new(Kind::PowerLoss, 0.0), start: None, counts: 0.0, last: 0.0 };
         // Within the capacity: no allocation.
         injected.resize(many, nothing);

@@ -52,7 +52,7 @@ impl StateVisitor for Restore<'_> {
         }
     }
 
-    fn misfit(&mut self) {
+    fn invalid(&mut self) {
         self.fits = false;
     }
 }

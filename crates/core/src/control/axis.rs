@@ -1,4 +1,4 @@
-//! The whole of position control: controller, compensation of friction, and what holds against stiction.
+//! The whole of position control: controller, compensation of friction, and hold against stiction.
 
 use super::compensation::{Compensation, CompensationInput, CompensationState, Hold, HoldInput, HoldOutput, HoldState};
 use super::reference::Setpoint;
@@ -13,8 +13,8 @@ use crate::scalar::{Mask, Scalar};
 /// Time constant with which the difference of two feedforwards fades [s].
 const FADING: f64 = 0.01;
 
-/// A position controller and what it is combined with. The controller gives way where the sum of torques meets the
-/// limit, so that nothing winds up.
+/// A position controller with compensation and hold. The controller's torque is reduced where the sum of torques
+/// reaches the limit, so that nothing winds up.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct AxisControl<T> {
     /// The position controller under test.
@@ -23,11 +23,11 @@ pub struct AxisControl<T> {
     pub filter: TorqueFilter<T>,
     /// Compensation of friction.
     pub compensation: Compensation<T>,
-    /// What holds a position against stiction.
+    /// Hold against stiction.
     pub hold: Hold<T>,
 }
 
-/// What position control remembers.
+/// State of position control.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct AxisControlState<T> {
     /// Controller.
@@ -38,21 +38,21 @@ pub struct AxisControlState<T> {
     pub compensation: CompensationState<T>,
     /// Holding.
     pub hold: HoldState<T>,
-    /// What compensation and holding added in the sample before.
+    /// Torque of compensation and hold in the sample before.
     #[field(symbol = "M_c", unit = "N m")]
     pub added_torque: T,
-    /// What another feedforward gave more when this one took its place; it fades.
+    /// Difference of the previous feedforward to the present one, which fades out.
     #[field(symbol = "M_f", unit = "N m")]
     pub fading_torque: T,
-    /// Torque of the sample before, in force in this one.
+    /// Torque of the sample before, active in this one.
     #[field(symbol = "M_M", unit = "N m")]
     pub torque: T,
-    /// Torque in force in the sample before.
+    /// Torque active in the sample before.
     #[field(symbol = "M_M", unit = "N m")]
     pub applied_torque: T,
 }
 
-/// What position control reads: set-point and measurements.
+/// Inputs of position control: set-point and measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct AxisControlInput<T> {
     /// Set-point.
@@ -66,7 +66,7 @@ pub struct AxisControlInput<T> {
 }
 
 impl<T: Scalar> AxisControlInput<T> {
-    /// What a controller reads, beside which nothing else acts.
+    /// Inputs of the controller without any other action.
     #[inline(always)]
     pub fn controller(&self) -> ControllerInput<T> {
         ControllerInput {
@@ -95,10 +95,10 @@ impl<T: Scalar> From<PositionController<T>> for AxisControl<T> {
 impl<T: Scalar> AxisControl<T> {
     /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it.
     ///
-    /// `last` is the state before, of another control or of nothing that acts. After the same compensation it goes on from
-    /// where that is. From one feedforward to another the controller keeps
-    /// its share of the torque, and the difference of both fades. From or to anything else its integral takes the
-    /// difference: it held the friction, or what an observer took for friction, or has to from now on.
+    /// `last` is the state before, of another control or of an inactive one. The same compensation continues from its
+    /// state. From one feedforward to another the controller keeps its share of the torque, and the difference of both
+    /// fades. From or to any other kind the integral takes the difference: it held the friction, or must hold it from
+    /// now on.
     #[inline(always)]
     pub fn take_over(
         &self,
@@ -108,7 +108,7 @@ impl<T: Scalar> AxisControl<T> {
         from: Option<&AxisControl<T>>,
     ) -> AxisControlState<T> {
         let torque = finite_or(torque, T::of(0.0));
-        // What is not in force stays as it is.
+        // Inactive parts keep their state.
         let mut state = AxisControlState { torque, applied_torque: torque, ..*last };
         let stays = from.is_some_and(|from| from.compensation == self.compensation);
         if !stays {
@@ -129,7 +129,7 @@ impl<T: Scalar> AxisControl<T> {
 }
 
 impl<T: Scalar> AxisControlInput<T> {
-    /// What compensation reads after a sample with the one torque, at the begin of one with the other [N m].
+    /// Inputs of compensation after a sample with the one torque, at the start of a sample with the other [N m].
     #[inline(always)]
     fn compensation(&self, applied_torque: T, pending_torque: T) -> CompensationInput<T> {
         let AxisControlInput { reference, measured_velocity, measured_angle } = *self;
@@ -168,7 +168,7 @@ impl<T: Scalar> Block<T> for AxisControl<T> {
                 notch.run(&mut state.filter, FilterInput { torque: own.torque, added_torque }, dt)
             }
         };
-        // Where an input is no number nothing acts, as with the controller alone.
+        // Without a finite input the torque is 0, as with the controller alone.
         let torque = controlled.valid().select(own.torque + added_torque, T::of(0.0));
         state.added_torque = compensation.torque + hold.torque;
         state.fading_torque = state.fading_torque - dt / (T::of(FADING) + dt) * state.fading_torque;

@@ -1,4 +1,4 @@
-//! Laws of controller and compensation together.
+//! Tests of controller and compensation together.
 
 use std::vec::Vec;
 
@@ -26,7 +26,7 @@ fn notch() -> Notch<f64> {
 }
 
 #[test]
-fn a_notch_passes_what_rests_and_stops_its_frequency() {
+fn a_notch_passes_a_constant_and_stops_its_frequency() {
     let filter = TorqueFilter::Notch(notch());
     let mut state = filter.settled(0.3);
     let pass = |state: &mut FilterState<f64>, torque| {
@@ -40,7 +40,7 @@ fn a_notch_passes_what_rests_and_stops_its_frequency() {
         let peak = peak.fold(0.0f64, |peak, (_, torque)| peak.max(torque.abs()));
         assert!((least..=most + 1e-3).contains(&peak), "{peak} at {frequency} Hz");
     }
-    // No number stays in it.
+    // No non-finite number stays in it.
     let mut state = filter.settled(0.3);
     pass(&mut state, f64::NAN);
     assert!((0..200).map(|_| pass(&mut state, 0.3)).last().is_some_and(|torque| (torque - 0.3).abs() < 1e-9));
@@ -72,7 +72,7 @@ fn all() -> Vec<AxisControl<f64>> {
             observer: DriveObserver::unhurried(INERTIA, bristles.under(friction), DT),
             ..FrictionObserver::default()
         }),
-        // Not trained: what stands in for it is in force.
+        // Untrained: the fallback is active.
         Compensation::Network(NetworkFeedforward {
             network: Network::default(),
             fallback: FrictionFeedforward { friction: bristles.under(friction), ..FrictionFeedforward::default() },
@@ -125,7 +125,7 @@ fn follow(from: &AxisControl<f64>, to: Option<&AxisControl<f64>>, at: u32) -> (f
         let input = axis.input(sine(k));
         if let (true, Some(to)) = (k == at, to) {
             state = to.take_over(before, last, &state, Some(from));
-            // What the first sample asks for anyway: the set-point has moved on.
+            // The step of the first sample itself: the set-point has moved on.
             let asked = to.controller.step(&mut { state.controller }, input.controller(), DT).torque;
             let same = to.controller.step(&mut { state.controller }, last.controller(), DT).torque;
             active = to;
@@ -141,7 +141,7 @@ fn follow(from: &AxisControl<f64>, to: Option<&AxisControl<f64>>, at: u32) -> (f
 }
 
 #[test]
-fn a_swap_of_controllers_and_compensations_under_way_is_not_felt() {
+fn a_swap_of_controllers_and_compensations_in_motion_is_bumpless() {
     // In full motion, and shortly before a reversal.
     for at in [1300, 1450] {
         let alone: Vec<f64> = all().iter().map(|control| follow(control, None, at).0).collect();
@@ -150,7 +150,7 @@ fn a_swap_of_controllers_and_compensations_under_way_is_not_felt() {
                 let (swapped, jump) = follow(from, Some(to), at);
                 assert!(jump < 0.01 * 1.4, "{jump} N m from {from:?} to {to:?}");
                 let larger = alone[i].max(alone[j]);
-                // An observer that has just begun knows less of a reversal than one that has run.
+                // An observer that has just started is less exact at a reversal than a running one.
                 assert!(swapped <= 1.3 * larger, "{swapped} instead of {larger} rad from {from:?} to {to:?} at {at}");
             }
         }
@@ -158,15 +158,15 @@ fn a_swap_of_controllers_and_compensations_under_way_is_not_felt() {
 }
 
 #[test]
-fn a_swap_that_begins_anew_would_be_felt() {
+fn a_swap_that_resets_the_state_would_give_a_bump() {
     let control = AxisControl::from(PositionController::Cascade(Cascade::default()));
     let (mut axis, mut state, mut before) = (Axis::default(), AxisControlState::default(), 0.0);
     for k in 0..1300 {
         before = control.step(&mut state, axis.input(sine(k)), DT).torque;
         axis.period(before, 0.02);
     }
-    let anew = control.step(&mut AxisControlState::default(), axis.input(sine(1300)), DT).torque;
-    assert!((anew - before).abs() > 0.05, "{anew} after {before}");
+    let reset = control.step(&mut AxisControlState::default(), axis.input(sine(1300)), DT).torque;
+    assert!((reset - before).abs() > 0.05, "{reset} after {before}");
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn a_disturbance_observer_takes_the_place_of_the_integral() {
 }
 
 #[test]
-fn no_number_gives_no_torque_at_all() {
+fn a_non_finite_input_gives_no_torque() {
     for control in all() {
         let (axis, mut state) = (Axis { velocity: 3.0, ..Axis::default() }, AxisControlState::default());
         for k in 0..50 {

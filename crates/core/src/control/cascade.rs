@@ -11,8 +11,8 @@ use crate::scalar::Scalar;
 ///   ω_ref = K_pos·(r − φ) + ṙ
 ///   M = K_v·(ω_ref − ω) + I + J·r̈,   İ = K_i·(ω_ref − ω)
 ///
-/// The torque is limited; at the limit the integrator moves only back. It holds all that friction asks for at standstill,
-/// and hunts where static friction is above kinetic. An input that is no number gives no torque.
+/// The torque is limited; at the limit the integrator moves only back. It holds the friction at standstill, and hunts
+/// where static friction is above kinetic. A non-finite input gives no torque.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Cascade<T> {
     /// Velocity per deviation of the position.
@@ -24,7 +24,7 @@ pub struct Cascade<T> {
     /// Torque per deviation of the velocity and time.
     #[field(symbol = "K_i", unit = "N m/rad", range = 0.0..=1e6, default = 3.0)]
     pub integral_gain: T,
-    /// Inertia whose torque is fed forward: motor and load side together; 0 feeds none forward.
+    /// Inertia whose torque is fed forward: motor and load side together; 0: no feedforward.
     #[field(symbol = "J", unit = "kg m^2", range = 0.0..=10.0, default = 1.01e-3)]
     pub inertia: T,
     /// Largest torque of the drive.
@@ -32,7 +32,7 @@ pub struct Cascade<T> {
     pub torque_limit: T,
 }
 
-/// What the cascade remembers.
+/// State of the cascade.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CascadeState<T> {
     /// Integral part of the torque.
@@ -44,8 +44,9 @@ impl<T: Scalar> Cascade<T> {
     /// Deviation of the velocity [rad/s], and the torque without its integral part [N m].
     #[inline(always)]
     fn direct(&self, input: ControllerInput<T>) -> (T, T) {
-        let wanted = self.position_gain * (input.reference_position - input.measured_angle) + input.reference_velocity;
-        let deviation = wanted - input.measured_velocity;
+        let reference_velocity =
+            self.position_gain * (input.reference_position - input.measured_angle) + input.reference_velocity;
+        let deviation = reference_velocity - input.measured_velocity;
         (deviation, self.velocity_gain * deviation + self.inertia * input.reference_acceleration)
     }
 
@@ -65,7 +66,7 @@ impl<T: Scalar> Block<T> for Cascade<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
-        // No number goes in here as it is: where one is, `valid` discards what is computed from it.
+        // Inputs are used unchecked here: where one is not finite, `valid` discards the result.
         let (deviation, direct) = self.direct(input);
         let increment = self.integral_gain * deviation * dt;
         let demand = direct + state.integral;

@@ -13,7 +13,7 @@ use crate::scalar::{Mask, Scalar};
 /// The reference is limited to the motor's current, the voltage to what amplifier and D/A converter give; at the limit
 /// the integrator moves only back (conditional integration). K_p = L/(3·T_s) and K_i = R/(3·T_s) cancel the motor's
 /// pole and leave a loop for 1.5 T_s of delay (magnitude optimum): `stickslip::design::current_control`. With a current
-/// that is predicted to when the voltage acts, and its drop fed forward, one sample is enough:
+/// that is predicted for the time when the voltage acts, and its voltage drop fed forward, one sample is enough:
 /// `stickslip::design::predictive_current_control`.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CurrentControl<T> {
@@ -29,7 +29,7 @@ pub struct CurrentControl<T> {
     /// Torque per current, and back-EMF per velocity; 0 switches its compensation off.
     #[field(symbol = "K_L", unit = "N m/A", range = 0.0..=10.0, default = 0.0934)]
     pub torque_constant: T,
-    /// Largest current that is asked for.
+    /// Largest current reference.
     #[field(symbol = "i_max", unit = "A", range = 0.01..=1e3, default = 15.0)]
     pub current_limit: T,
     /// Largest voltage of the amplifier.
@@ -43,7 +43,7 @@ pub struct CurrentControl<T> {
     pub converter_limit: T,
 }
 
-/// What the current control remembers.
+/// State of the current control.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CurrentControlState<T> {
     /// Integral part of the voltage; at rest the drop over the motor's resistance.
@@ -51,10 +51,10 @@ pub struct CurrentControlState<T> {
     pub integral: T,
 }
 
-/// What the current control reads.
+/// Inputs of the current control.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CurrentControlInput<T> {
-    /// Wanted current.
+    /// Current reference.
     #[field(symbol = "i_ref", unit = "A")]
     pub reference_current: T,
     /// Measured current.
@@ -65,19 +65,19 @@ pub struct CurrentControlInput<T> {
     pub estimated_velocity: T,
 }
 
-/// What the current control gives.
+/// Outputs of the current control.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CurrentControlOutput<T> {
-    /// Voltage that the motor shall get.
+    /// Voltage for the motor.
     #[field(symbol = "u", unit = "V")]
     pub voltage: T,
-    /// The same at the input of the amplifier: what goes to the D/A converter.
+    /// The same at the input of the amplifier: output of the D/A converter.
     #[field(symbol = "u_amp", unit = "V")]
     pub amplifier_input: T,
 }
 
 impl<T: Scalar> CurrentControl<T> {
-    /// What amplifier and D/A converter give at most [V].
+    /// Largest voltage of amplifier and D/A converter [V].
     #[inline(always)]
     pub fn largest_voltage(&self) -> T {
         self.voltage_limit.min(self.amplifier_gain * self.converter_limit)
@@ -89,8 +89,8 @@ impl<T: Scalar> Block<T> for CurrentControl<T> {
     type Input = CurrentControlInput<T>;
     type Output = CurrentControlOutput<T>;
 
-    /// A reference that is no number counts as 0 A. Without a valid current the integrator starts afresh and the
-    /// voltage is that of the back-EMF alone, which drives the current to zero.
+    /// A non-finite reference counts as 0 A. Without a valid current the integrator is reset and the voltage is that of
+    /// the back-EMF alone, which drives the current to zero.
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         let zero = T::of(0.0);
@@ -137,7 +137,7 @@ mod tests {
         }
     }
 
-    /// The current over so many periods, at a reference and a velocity that depend on time.
+    /// The current over a number of periods, at a reference and a velocity that depend on time.
     fn run(control: &CurrentControl<f64>, periods: u32, demand: impl Fn(f64) -> (f64, f64)) -> Vec<f64> {
         let (mut motor, mut state) = (Motor::default(), CurrentControlState::default());
         let mut currents = Vec::new();
@@ -180,10 +180,10 @@ mod tests {
         let demand = |t: f64| (if t < 0.05 { 8.0 } else { -8.0 }, -500.0);
         let control = CurrentControl::default();
         let currents = run(&control, 400, demand);
-        let asked = |currents: &[f64]| currents.iter().position(|&i| (i + 8.0).abs() < 0.4);
+        let reached = |currents: &[f64]| currents.iter().position(|&i| (i + 8.0).abs() < 0.4);
         let saturated = &currents[..200];
         assert!(saturated.iter().all(|&i| i < 7.0), "the voltage is enough, the test is void");
-        let recovery = asked(&currents[200..]);
+        let recovery = reached(&currents[200..]);
         assert!(recovery.is_some_and(|k| k < 20), "{recovery:?} periods");
     }
 
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_gives_a_finite_voltage_and_leaves_no_trace() {
+    fn a_non_finite_input_gives_a_finite_voltage_and_leaves_no_trace() {
         let control = CurrentControl::<f64>::default();
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let mut state = CurrentControlState { integral: 3.0 };

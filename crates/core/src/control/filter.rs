@@ -1,4 +1,4 @@
-//! What the controller's torque goes through on its way to the drive.
+//! Filter of the controller's torque.
 
 use super::position::within_limit;
 use super::{ControllerOutput, finite_or};
@@ -6,13 +6,13 @@ use crate::Fields;
 use crate::block::Block;
 use crate::scalar::Scalar;
 
-/// Filter of the controller's torque. Compensation is added behind it: it is no part of the loop that vibrates.
+/// Filter of the controller's torque. Compensation is added behind it: it is not part of the vibrating loop.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum TorqueFilter<T> {
     /// None.
     Nothing,
-    /// A notch at a frequency at which the coupling vibrates.
+    /// A notch at a resonance of the coupling.
     Notch(Notch<T>),
 }
 
@@ -20,13 +20,13 @@ pub enum TorqueFilter<T> {
 ///
 ///   y = b₀·u + s₁,   s₁⁺ = b₁·u − a₁·y + s₂,   s₂⁺ = b₂·u − a₂·y
 ///
-/// Its coefficients are made for one sampling time. What comes out is within the limit of the torque, like what goes in.
+/// Its coefficients are designed for one sampling time. Its output is within the limit of the torque, like its input.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Notch<T> {
-    /// Coefficients of what goes in, the newest first.
+    /// Coefficients of the inputs, the newest first.
     #[field(symbol = "b", unit = "1", range = -2.0..=2.0)]
     pub numerator: [T; 3],
-    /// Coefficients of what came out a sample and two samples ago.
+    /// Coefficients of the outputs one and two samples ago.
     #[field(symbol = "a", unit = "1", range = -2.0..=2.0)]
     pub denominator: [T; 2],
     /// Largest torque of the drive.
@@ -34,15 +34,15 @@ pub struct Notch<T> {
     pub torque_limit: T,
 }
 
-/// What the filter remembers.
+/// State of the filter.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FilterState<T> {
-    /// What the samples before leave for the next and for the one after it.
+    /// Contributions of earlier samples to the next one and to the one after it.
     #[field(symbol = "s", unit = "N m")]
     pub memory: [T; 2],
 }
 
-/// What the filter reads.
+/// Inputs of the filter.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FilterInput<T> {
     /// Torque of the controller.
@@ -54,7 +54,7 @@ pub struct FilterInput<T> {
 }
 
 impl<T: Scalar> TorqueFilter<T> {
-    /// The state in which it passes this torque [N m] on as it is.
+    /// The state in which it passes this torque [N m] unchanged.
     #[inline(always)]
     pub(super) fn settled(&self, torque: T) -> FilterState<T> {
         match self {

@@ -1,4 +1,4 @@
-//! Any linear controller of the position: state feedback with an observer, and what else has matrices.
+//! Any linear controller of the position: state feedback with an observer, or other matrices.
 
 use super::position::{limit_and_integrate, within_limit};
 use super::{ControllerInput, ControllerOutput, finite_or};
@@ -8,43 +8,43 @@ use crate::scalar::{Mask, Scalar};
 
 /// States of a [`LinearController`]; those that a design does not need have rows and columns of 0.
 pub const STATES: usize = 9;
-/// What moves them, see [`LinearController`].
+/// Inputs of the states, see [`LinearController`].
 pub const INPUTS: usize = 8;
 
-/// A linear controller that knows which torque was in force:
+/// A linear controller that uses the active torque:
 ///
 ///   x⁺ = A·x + B·v,   M = cᵀ·x + dᵀ·v + I,   İ = K_i·(r − φ),   v = (φ − r, ω, Δr, ṙ, r̈, M₋, M_c₋, M_c)
 ///
-/// Δr is how far the set-point went since the sample before, M₋ the controller's own torque, limited, that is in force
-/// until the next sample: an observer among the states goes by what the drive gets, so nothing winds up in it. M_c₋ is what
-/// compensation of friction adds to it, M_c what it adds to the torque that is computed: an observer that did not know of
-/// it would take it for a load. No angle itself comes in, so that far from its origin an axis is controlled as at it, also
-/// in single precision. The torque is limited; at the limit the integral moves only back. An input that is no number gives
-/// no torque and moves no state.
+/// Δr is the change of the set-point since the sample before, M₋ the controller's own torque, limited, that is active
+/// until the next sample: an observer among the states uses the torque that the drive gets, so it does not wind up.
+/// M_c₋ is the compensation of friction added to it, M_c that added to the computed torque: without it an observer
+/// would treat the compensation as a load. No absolute angle is an input, so that the control is the same far from the
+/// origin, also in single precision. The torque is limited; at the limit the integral moves only back. A non-finite
+/// input gives no torque and leaves the states unchanged.
 ///
-/// The matrices are made for one sampling time and computed from what is stated of the controller. They are in the units of
-/// the states, and stored column by column: what one state or input does to all states lies side by side.
+/// The matrices are designed for one sampling time, from the parameters of the controller. They are in the units of the
+/// states, and stored column by column: the effects of one state or input on all states are adjacent.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LinearController<T> {
     /// From each state to all states.
     #[field(symbol = "A", unit = "1", range = -1e15..=1e15)]
     pub system: [[T; STATES]; STATES],
-    /// From what comes in, each, to all states.
+    /// From each input to all states.
     #[field(symbol = "B", unit = "1", range = -1e15..=1e15)]
     pub input: [[T; STATES]; INPUTS],
     /// From the states to the torque.
     #[field(symbol = "c", unit = "1", range = -1e15..=1e15)]
     pub output: [T; STATES],
-    /// From what comes in to the torque.
+    /// From the inputs to the torque.
     #[field(symbol = "d", unit = "1", range = -1e15..=1e15)]
     pub direct: [T; INPUTS],
-    /// The states with which it takes over: per deviation of the angle, per velocity, per torque, per added torque.
+    /// Initial states for a bumpless transfer: per deviation of the angle, per velocity, per torque, per added torque.
     #[field(symbol = "S", unit = "1", range = -1e15..=1e15)]
     pub settled: [[T; STATES]; 4],
     /// Torque per deviation of the position and time.
     #[field(symbol = "K_i", unit = "N m/(rad s)", range = 0.0..=1e8)]
     pub integral_gain: T,
-    /// Sampling time for which it is made.
+    /// Sampling time of the design.
     #[field(symbol = "T", unit = "s", range = 1e-6..=1.0, default = 1e-3)]
     pub sampling_time: T,
     /// Largest torque of the drive.
@@ -52,7 +52,7 @@ pub struct LinearController<T> {
     pub torque_limit: T,
 }
 
-/// What a linear controller remembers.
+/// State of a linear controller.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LinearState<T> {
     /// Its states; an angle among them is counted from the set-point of the sample before.
@@ -61,10 +61,10 @@ pub struct LinearState<T> {
     /// Integral part of the torque.
     #[field(symbol = "I", unit = "N m")]
     pub integral: T,
-    /// Torque of the sample before, in force in this one.
+    /// Torque of the sample before, active in this one.
     #[field(symbol = "M_M", unit = "N m")]
     pub torque: T,
-    /// What was added to it, in force in this one.
+    /// Torque that was added to it, active in this one.
     #[field(symbol = "M_c", unit = "N m")]
     pub added_torque: T,
     /// Set-point of the sample before.
@@ -76,11 +76,11 @@ pub struct LinearState<T> {
 }
 
 impl<T: Scalar> LinearController<T> {
-    /// What moves the states.
+    /// Inputs of the states.
     #[inline(always)]
-    pub(super) fn seen(&self, state: &LinearState<T>, input: &ControllerInput<T>) -> [T; INPUTS] {
+    pub(super) fn inputs(&self, state: &LinearState<T>, input: &ControllerInput<T>) -> [T; INPUTS] {
         let gone = input.reference_position - state.reference;
-        // The way to the first set-point is the one that it moves with.
+        // The distance to the first set-point is that of its velocity.
         let steady = self.sampling_time * input.reference_velocity;
         [
             input.measured_angle - input.reference_position,
@@ -96,12 +96,12 @@ impl<T: Scalar> LinearController<T> {
 
     /// The torque without its integral part [N m].
     #[inline(always)]
-    pub(super) fn direct(&self, states: &[T; STATES], seen: &[T; INPUTS]) -> T {
-        dot(&self.output, states) + dot(&self.direct, seen)
+    pub(super) fn direct(&self, states: &[T; STATES], inputs: &[T; INPUTS]) -> T {
+        dot(&self.output, states) + dot(&self.direct, inputs)
     }
 
-    /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it. What it
-    /// observes is what goes with this motion for long.
+    /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it. The
+    /// observed states are those of a long steady motion.
     #[inline(always)]
     pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> LinearState<T> {
         let input = input.finite();
@@ -110,7 +110,7 @@ impl<T: Scalar> LinearController<T> {
         let motion = [input.measured_angle - input.reference_position, input.measured_velocity, torque, added_torque];
         let states = combine([T::of(0.0); STATES], &self.settled, &motion);
         let mut state = LinearState { states, torque, added_torque, ..LinearState::default() };
-        state.integral = torque - self.direct(&state.states, &self.seen(&state, &input));
+        state.integral = torque - self.direct(&state.states, &self.inputs(&state, &input));
         state
     }
 }
@@ -122,18 +122,18 @@ impl<T: Scalar> Block<T> for LinearController<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
-        let seen = self.seen(state, &input);
-        let demand = self.direct(&state.states, &seen) + state.integral;
+        let inputs = self.inputs(state, &input);
+        let demand = self.direct(&state.states, &inputs) + state.integral;
         let increment = self.increment(&input, dt);
         let (torque, integral) = limit_and_integrate(&input, demand, self.torque_limit, state.integral, increment);
-        let moved = self.moved(&state.states, &seen);
+        let moved = self.moved(&state.states, &inputs);
         state.advance(moved, integral, torque, &input);
         ControllerOutput { torque }
     }
 }
 
 impl<T: Scalar> LinearController<T> {
-    /// What the deviation adds to the integral in a sample [N m].
+    /// Increment of the integral in a sample [N m].
     #[inline(always)]
     pub(super) fn increment(&self, input: &ControllerInput<T>, dt: T) -> T {
         self.integral_gain * (input.reference_position - input.measured_angle) * dt
@@ -141,14 +141,14 @@ impl<T: Scalar> LinearController<T> {
 
     /// The states a sample later.
     #[inline(always)]
-    pub(super) fn moved(&self, states: &[T; STATES], seen: &[T; INPUTS]) -> [T; STATES] {
+    pub(super) fn moved(&self, states: &[T; STATES], inputs: &[T; INPUTS]) -> [T; STATES] {
         let moved = combine([T::of(0.0); STATES], &self.system, states);
-        combine(moved, &self.input, seen)
+        combine(moved, &self.input, inputs)
     }
 }
 
 impl<T: Scalar> LinearState<T> {
-    /// Goes on to the next sample; where an input is no number, what is computed from it is discarded.
+    /// Goes on to the next sample; results of a non-finite input are discarded.
     #[inline(always)]
     pub(super) fn advance(&mut self, moved: [T; STATES], integral: T, torque: T, input: &ControllerInput<T>) {
         let valid = input.valid();
@@ -159,12 +159,12 @@ impl<T: Scalar> LinearState<T> {
         self.torque = torque;
         self.added_torque = valid.select(input.added_torque, T::of(0.0));
         self.reference = valid.select(input.reference_position, self.reference);
-        // What the set-point does over a gap is not known.
+        // The motion of the set-point over a gap is unknown.
         self.started = valid.select(T::of(1.0), T::of(0.0));
     }
 }
 
-/// `sum` and all columns, each as often as its weight says.
+/// `sum` plus the weighted sum of all columns.
 #[inline(always)]
 pub(super) fn combine<T: Scalar, const N: usize, const M: usize>(
     mut sum: [T; M],

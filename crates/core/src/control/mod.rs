@@ -5,7 +5,7 @@
 //! the two), and what they follow ([`mod@reference`]). Their parameters are computed for a sampling time by
 //! `stickslip::design`; the step has no constant that depends on it.
 //!
-//! A measurement that is no number must not stay in a state or reach a motor: each block says what it does instead.
+//! A non-finite measurement must not stay in a state or reach a motor: each block documents its reaction.
 
 mod axis;
 mod cascade;
@@ -39,10 +39,10 @@ mod tests;
 
 use crate::scalar::{Mask, Scalar};
 
-/// Beyond what any machine measures, and small enough that products of it stay finite, also in `f32`.
+/// Beyond any measurement, and small enough that its products stay finite, also in `f32`.
 const BEYOND_MEASURE: f64 = 1e12;
 
-/// Whether a machine can have measured or commanded this: no NaN, no infinity.
+/// Whether a machine can have measured or commanded this value: no NaN, no infinity.
 #[inline(always)]
 pub(crate) fn measurable<T: Scalar>(value: T) -> T::Mask {
     value.abs().lt(T::of(BEYOND_MEASURE))
@@ -54,8 +54,8 @@ pub(crate) fn finite_or<T: Scalar>(value: T, instead: T) -> T {
     measurable(value).select(value, instead)
 }
 
-/// Whether an integrator may move by `increment` while `demand` asks for more than ±`limit`: always back into the
-/// range, never further out (conditional integration).
+/// Whether an integrator may move by `increment` while `demand` exceeds ±`limit`: always back into the range, never
+/// further out (conditional integration).
 #[inline(always)]
 fn may_integrate<T: Scalar>(demand: T, increment: T, limit: T) -> T::Mask {
     demand.abs().le(limit) | (demand * increment).le(T::of(0.0))

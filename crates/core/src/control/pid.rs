@@ -12,7 +12,7 @@ use crate::scalar::{Mask, Scalar};
 ///
 /// ω is the tacho's velocity or the encoder's derivative, filtered by 1/(1 + T_f·s). The torque is limited; at the limit
 /// the integrator moves only back. With K_p = K_v·K_pos + K_i, K_i' = K_i·K_pos and K_d = K_v it is the
-/// [`Cascade`](super::Cascade) without its inertia feedforward, as the defaults are; an input that is no number gives no
+/// [`Cascade`](super::Cascade) without its inertia feedforward, as with the defaults; a non-finite input gives no
 /// torque.
 ///
 /// Åström and Hägglund, *Advanced PID Control* (2006), chapter 3.
@@ -33,10 +33,10 @@ pub struct Pid<T> {
     /// Whether the velocity is the tacho's instead of the encoder's derivative.
     #[field(unit = "1", flag, default = 1.0)]
     pub use_tacho: T,
-    /// How much of the set-point the proportional part sees; less overshoots less.
+    /// Weight of the set-point in the proportional part; a smaller one overshoots less.
     #[field(symbol = "b", unit = "1", range = 0.0..=1.0, default = 1.0)]
     pub position_weight: T,
-    /// How much of the set-point's velocity the derivative part sees.
+    /// Weight of the set-point's velocity in the derivative part.
     #[field(symbol = "c", unit = "1", range = 0.0..=1.0, default = 1.0)]
     pub velocity_weight: T,
     /// Largest torque of the drive.
@@ -44,7 +44,7 @@ pub struct Pid<T> {
     pub torque_limit: T,
 }
 
-/// What the PID controller remembers.
+/// State of the PID controller.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct PidState<T> {
     /// Integral part of the torque.
@@ -80,7 +80,7 @@ impl<T: Scalar> Pid<T> {
             integral: torque - self.direct(input, filtered_velocity),
             previous_angle: input.measured_angle,
             filtered_velocity,
-            // The filter holds until there is a difference of its own.
+            // The filter holds until its first difference.
             started: T::of(0.0),
         }
     }
@@ -93,7 +93,7 @@ impl<T: Scalar> Block<T> for Pid<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
-        // Where an input is no number, `valid` discards what is computed from it.
+        // Where an input is not finite, `valid` discards the result.
         let valid = input.valid();
         let one = T::of(1.0);
 
@@ -109,7 +109,7 @@ impl<T: Scalar> Block<T> for Pid<T> {
         state.integral = integral;
         state.previous_angle = valid.select(input.measured_angle, state.previous_angle);
         state.filtered_velocity = valid.select(filtered, state.filtered_velocity);
-        // A derivative over a gap would be a peak: the filter starts anew, from where it was.
+        // A derivative over a gap would be a peak: the filter restarts from its value.
         state.started = valid.select(one, T::of(0.0));
         ControllerOutput { torque }
     }

@@ -1,14 +1,14 @@
-//! What all position controllers have in common, and the choice between them.
+//! Common parts of all position controllers, and the choice between them.
 
 use super::{Cascade, CascadeState, LinearController, LinearState, Pid, PidState, Predictive, finite_or, measurable};
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
 
-/// What a position controller reads: the set-point and the measurements of one sample.
+/// Inputs of a position controller: the set-point and the measurements of one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct ControllerInput<T> {
-    /// Wanted screw angle.
+    /// Set-point of the screw angle.
     #[field(symbol = "r", unit = "rad")]
     pub reference_position: T,
     /// Its first derivative.
@@ -29,16 +29,16 @@ pub struct ControllerInput<T> {
     /// Whether the integral may move.
     #[field(unit = "1", flag, default = 1.0)]
     pub integrates: T,
-    /// Share of the integral that is forgotten, where a disturbance observer does its work.
+    /// Share of the integral that is forgotten, where a disturbance observer replaces it.
     #[field(unit = "1", range = 0.0..=1.0)]
     pub forgotten: T,
-    /// Torque that friction compensation gives from the next sample on in place of the integral.
+    /// Torque that friction compensation supplies from the next sample on in place of the integral.
     #[field(unit = "N m")]
     pub taken: T,
 }
 
 impl<T: Scalar> ControllerInput<T> {
-    /// Whether set-point and measurements are numbers that a machine can have.
+    /// Whether set-point and measurements are finite and plausible.
     #[inline(always)]
     pub(super) fn valid(&self) -> T::Mask {
         measurable(
@@ -50,7 +50,7 @@ impl<T: Scalar> ControllerInput<T> {
         )
     }
 
-    /// The same with 0 for what is no number, so that what is computed from it stays finite.
+    /// The same with 0 for non-finite numbers, so that all results stay finite.
     #[inline(always)]
     pub(super) fn finite(self) -> Self {
         let zero = T::of(0.0);
@@ -65,7 +65,7 @@ impl<T: Scalar> ControllerInput<T> {
     }
 }
 
-/// What a position controller gives.
+/// Outputs of a position controller.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct ControllerOutput<T> {
     /// Torque for the drive motor.
@@ -81,9 +81,9 @@ pub enum PositionController<T> {
     Cascade(Cascade<T>),
     /// One PID controller of the position.
     Pid(Pid<T>),
-    /// Any other linear one, as state feedback with an observer.
+    /// Any other linear controller, as state feedback with an observer.
     Linear(LinearController<T>),
-    /// The same with limits seen beforehand.
+    /// A linear controller with limits over a horizon.
     Predictive(Predictive<T>),
 }
 
@@ -129,8 +129,8 @@ impl<T: Scalar> Block<T> for PositionController<T> {
     }
 }
 
-/// Torque and integrator of one step, common to the controllers: limit, conditional integration, and no torque, no
-/// change where an input was no number. What is added to the torque takes its part of the limit.
+/// Torque and integrator of one step, common to the controllers: limit, conditional integration, and neither torque nor
+/// change after a non-finite input. The added torque takes its part of the limit.
 #[inline(always)]
 pub(super) fn limit_and_integrate<T: Scalar>(
     input: &ControllerInput<T>,

@@ -1,4 +1,4 @@
-//! Predictive control: a linear controller that sees its limits coming.
+//! Predictive control: a linear controller with limits over a horizon.
 
 use super::linear::combine;
 use super::position::{limit_and_integrate, within_limit};
@@ -7,17 +7,17 @@ use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
 
-/// Samples that it looks ahead.
+/// Samples of the horizon.
 pub const HORIZON: usize = 20;
-/// Samples of them after which the velocity is looked at: it changes slowly.
+/// Interval in samples at which the velocity is checked: it changes slowly.
 pub const STRIDE: usize = 4;
-/// Velocities that are looked at.
+/// Number of checked velocities.
 pub const SPEEDS: usize = HORIZON / STRIDE;
-/// What the course without limits follows from: states and integral after this sample, its torque, velocity and
-/// acceleration of the set-point, and the torque that compensation adds.
+/// Causes of the course without limits: states and integral after this sample, its torque, velocity and acceleration of
+/// the set-point, and the torque of compensation.
 pub const CAUSES: usize = STATES + 5;
-/// How often limits and course are brought together: so many rounds of so many steps. Jumps of the set-point that ask for
-/// many times the torque would need more; what is left then is cut off.
+/// Iterations for the limits: rounds of this number of steps. Jumps of the set-point that require many times the torque
+/// would need more; the rest is cut off.
 const ROUNDS: usize = 5;
 const AT_ONCE: usize = 8;
 /// Over-relaxation of the iteration, the usual value.
@@ -25,36 +25,36 @@ const RELAXATION: f64 = 1.6;
 
 /// Predictive control with the torque, its rate and the velocity within limits over a horizon.
 ///
-/// Of all courses of the torque that keep the limits it takes the one that is nearest to what the linear controller would
-/// do on the drive as believed, u⁰ (of a linear quadratic regulator: the one with the least cost over all time, with the
-/// regulator itself behind the horizon):
+/// Of all courses of the torque that keep the limits it takes the nearest to that of the linear controller on the
+/// modelled drive, u⁰ (of a linear quadratic regulator: the one with the least cost over all time, with the regulator
+/// itself after the horizon):
 ///
 /// ```text
 /// min ½·(U − U⁰)ᵀ·H·(U − U⁰)   over   |u + M_c| ≤ M_max,   |Δ(u + M_c)| ≤ T·dM_max,   |Ω| ≤ Ω_max
 /// ```
 ///
-/// and gives its first torque. H = T⁻ᵀ·T⁻¹ with the closed loop's answer T to torque added to it. Where no limit is in the
-/// way, U = U⁰ to the bit: it *is* the linear controller. The quadratic program is solved by a fixed number of steps of
-/// the alternating direction method of multipliers ([`LimitStep`], forty times) from a cold start, so that no sample hands
-/// an error on to the next. The first torque keeps torque limit and rate whatever the iteration has left; the velocity is
-/// held as far as these two admit.
+/// and outputs its first torque. H = T⁻ᵀ·T⁻¹ with the closed loop's response T to an added torque. Where no limit is
+/// active, U = U⁰ exactly: it *is* the linear controller. The quadratic program is solved by a fixed number of steps of
+/// the alternating direction method of multipliers ([`LimitStep`], forty times) from a cold start, so that no error
+/// passes to the next sample. The first torque always keeps torque limit and rate; the velocity is limited as far as
+/// these two admit.
 ///
 /// B. Kouvaritakis, J. A. Rossiter, J. Schuurmans, IEEE TAC 45 (2000) 1545; B. Stellato et al., Math. Prog. Comp. 12
-/// (2020) 637. What a drive does behind the horizon (20 samples) it does not see: a long way to brake needs a set-point
-/// with limits of its own.
+/// (2020) 637. It ignores the motion after the horizon (20 samples): a long braking distance requires a set-point with
+/// its own limits.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Predictive<T> {
-    /// What it does where no limit is in the way.
+    /// The linear controller, used where no limit is active.
     pub linear: LinearController<T>,
     /// Torque of each next sample without limits, a column for each cause; the first row is this sample's.
     #[field(unit = "1", range = -1e15..=1e15)]
     pub free_torque: [[T; HORIZON]; CAUSES],
-    /// Velocity after every so many samples without limits, likewise.
+    /// Velocity at each interval without limits, likewise.
     #[field(unit = "1", range = -1e15..=1e15)]
     pub free_velocity: [[T; SPEEDS]; CAUSES],
-    /// How course and limits are brought together.
+    /// Iteration for the limits.
     pub steps: LimitSteps<T>,
-    /// Torque that a velocity counts as in that.
+    /// Torque equivalent of a velocity in the iteration.
     #[field(unit = "N m s/rad", range = 0.0..=1e9, default = 1.0)]
     pub velocity_weight: T,
     /// Largest rate of the torque.
@@ -65,7 +65,7 @@ pub struct Predictive<T> {
     pub speed_limit: T,
 }
 
-/// What is limited over the horizon: each torque, its change, and velocities.
+/// Limited quantities over the horizon: each torque, its change, and velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Limited<T> {
     /// Torques.
@@ -74,7 +74,7 @@ pub struct Limited<T> {
     /// Their changes from sample to sample.
     #[field(unit = "N m")]
     pub change: [T; HORIZON],
-    /// Velocities, in torques that would make them.
+    /// Velocities, in equivalent torques.
     #[field(unit = "N m")]
     pub velocity: [T; SPEEDS],
 }
@@ -82,17 +82,17 @@ pub struct Limited<T> {
 /// A course without limits, and the limits.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LimitStepInput<T> {
-    /// What is limited, of the course without limits.
+    /// The quantities of the course without limits.
     pub free: Limited<T>,
     /// Largest torque, change and velocity, in either direction.
     #[field(unit = "N m")]
     pub limits: [T; 3],
 }
 
-/// What the iteration remembers: what is limited, and the price of its limits.
+/// State of the iteration: the limited quantities plus the price of their limits.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LimitStepState<T> {
-    /// Both added up.
+    /// Sum of both.
     pub point: Limited<T>,
 }
 
@@ -100,7 +100,7 @@ pub struct LimitStepState<T> {
 ///
 ///   z = clamp(w),   V = R·Aᵀ·(2·z − w − f),   w⁺ = α·(f + A·V) + (1 − α)·z + w − z,   R = (H/ρ + Aᵀ·A)⁻¹
 ///
-/// A: torques, their changes, and the velocities that they make.
+/// A: torques, their changes, and the resulting velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LimitStep<T> {
     /// R, column by column.
@@ -111,14 +111,14 @@ pub struct LimitStep<T> {
     pub answer: [T; HORIZON],
 }
 
-/// So many steps at once that a picture of them, and the C, is one that can be read.
+/// A number of steps at once, so that their diagram and C code stay readable.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LimitSteps<T> {
     /// Each of them.
     pub step: LimitStep<T>,
 }
 
-/// How far the course moves away from the one without limits.
+/// Difference of the course to the one without limits.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LimitStepOutput<T> {
     /// Torque of each sample.
@@ -127,7 +127,7 @@ pub struct LimitStepOutput<T> {
 }
 
 impl<T: Scalar> Limited<T> {
-    /// A function of each of them with its kind of limit.
+    /// A function of each element with its kind of limit.
     #[inline(always)]
     fn each(mut self, other: &Self, limits: &[T; 3], of: impl Fn(T, T, T) -> T) -> Self {
         for k in 0..HORIZON {
@@ -188,7 +188,7 @@ impl<T: Scalar> Block<T> for LimitStep<T> {
     fn step(&self, state: &mut Self::State, input: Self::Input, _dt: T) -> Self::Output {
         let LimitStepInput { free, limits } = input;
         let kept = state.point.each(&free, &limits, |point, _, limit| point.clamp(-limit, limit));
-        // 2·z − w − f, which is 0 to the bit where no limit is in the way.
+        // 2·z − w − f, which is exactly 0 where no limit is active.
         let price = state.point.each(&kept, &limits, |point, kept, _| point - kept);
         let wanted = kept.each(&price, &limits, |kept, price, _| kept - price);
         let wanted = wanted.each(&free, &limits, |wanted, free, _| wanted - free);
@@ -222,8 +222,8 @@ impl<T: Scalar> Predictive<T> {
         self.linear.take_over(torque, input)
     }
 
-    /// How far the first torque moves away from the one without limits [N m], from what the course follows from and the
-    /// torque that is in force until it acts [N m].
+    /// Difference of the first torque to the one without limits [N m], from the causes of the course and the torque
+    /// that is active until it acts [N m].
     #[inline(always)]
     fn first_move(&self, causes: &[T; CAUSES], before: T, dt: T) -> T {
         let zero = T::of(0.0);
@@ -259,14 +259,14 @@ impl<T: Scalar> Block<T> for Predictive<T> {
     type Input = ControllerInput<T>;
     type Output = ControllerOutput<T>;
 
-    // Out of line: long, and not in every tick.
+    // Out of line: long, and not active in every tick.
     #[inline(never)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         let linear = &self.linear;
-        let seen = linear.seen(state, &input);
-        let demand = linear.direct(&state.states, &seen) + state.integral;
+        let inputs = linear.inputs(state, &input);
+        let demand = linear.direct(&state.states, &inputs) + state.integral;
         let increment = linear.increment(&input, dt);
-        let moved = linear.moved(&state.states, &seen);
+        let moved = linear.moved(&state.states, &inputs);
         let mut causes = [T::of(0.0); CAUSES];
         causes[..STATES].copy_from_slice(&moved);
         causes[STATES] = state.integral + increment;
@@ -276,11 +276,11 @@ impl<T: Scalar> Block<T> for Predictive<T> {
         causes[STATES + 4] = input.added_torque;
         let before = state.torque + state.added_torque;
         let wanted = demand + self.first_move(&causes, before, dt);
-        // Whatever the iteration has left: the rate first, then the torque, as the drive's amplifier would.
+        // After any iteration: the rate first, then the torque, as in the drive's amplifier.
         let (change, rest) = (dt * self.torque_rate_limit, before - input.added_torque);
         let wanted = wanted.clamp(rest - change, rest + change);
         let given = within_limit(wanted, linear.torque_limit, input.added_torque);
-        // Where a limit takes torque away, the integral moves only back.
+        // Where a limit reduces the torque, the integral moves only back.
         let increment = ((demand - given) * increment).le(T::of(0.0)).select(increment, T::of(0.0));
         let (torque, integral) = limit_and_integrate(&input, given, linear.torque_limit, state.integral, increment);
         state.advance(moved, integral, torque, &input);

@@ -1,4 +1,4 @@
-//! Laws that every position controller keeps.
+//! Tests of every position controller.
 
 use std::vec;
 
@@ -28,7 +28,7 @@ impl LinearController<f64> {
     }
 
     /// The same gains on angle and velocity of the axis below as an observer predicts them for the time when the torque
-    /// is in force. Its error halves in a sample.
+    /// is active. Its error halves in a sample.
     pub(super) fn observing() -> Self {
         let Pid { proportional_gain, derivative_gain, integral_gain, .. } = Pid::<f64>::default();
         let (push, way) = (DT / INERTIA, 0.5 * DT * DT / INERTIA);
@@ -99,7 +99,7 @@ impl Axis {
     }
 }
 
-/// Largest and last angle of so many periods towards a reference position.
+/// Largest and last angle of a number of periods towards a reference position.
 fn approach(controller: &PositionController<f64>, reference: f64, load: f64, periods: u32) -> (f64, f64) {
     let (mut axis, mut state, mut peak) = (Axis::default(), PositionControllerState::default(), 0.0f64);
     for _ in 0..periods {
@@ -165,7 +165,7 @@ fn a_saturated_step_overshoots_less_than_with_an_integrator_that_winds_up() {
 }
 
 #[test]
-fn no_number_gives_no_torque_and_leaves_the_state_usable() {
+fn a_non_finite_input_gives_no_torque_and_leaves_the_state_usable() {
     for controller in all() {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for place in 0..5 {
@@ -186,7 +186,8 @@ fn no_number_gives_no_torque_and_leaves_the_state_usable() {
                 let before = controller.step(&mut { state }, axis.input(0.02), DT).torque;
                 assert_eq!(controller.step(&mut state, broken, DT).torque, 0.0);
                 let after = controller.step(&mut state, axis.input(0.02), DT).torque;
-                // One integration step more or less; and who knows that there was no torque meanwhile asks for it now.
+                // One integration step more or less; and a controller that uses the active torque compensates the
+                // missing one now.
                 let knows = matches!(controller, PositionController::Linear(_) | PositionController::Predictive(_));
                 let allowed = if knows { 1e-3 + 0.16 * before.abs() } else { 1e-3 };
                 assert!((after - before).abs() < allowed, "{controller:?}: {before} before, {after} after");
@@ -272,7 +273,7 @@ fn single_precision_and_lanes_control_as_double_precision_does() {
 }
 
 #[test]
-fn a_controller_with_states_takes_over_what_it_goes_on_with() {
+fn a_controller_with_states_starts_in_its_steady_state() {
     // An axis that slides against a load: nothing changes but the angle.
     let controller =
         PositionController::Linear(LinearController { integral_gain: 0.0, ..LinearController::observing() });
@@ -280,15 +281,15 @@ fn a_controller_with_states_takes_over_what_it_goes_on_with() {
     let mut axis = Axis { angle: 0.99, velocity, waiting: 0.2 };
     let moving = |axis: &Axis, reference| ControllerInput { reference_velocity: velocity, ..axis.input(reference) };
     let mut state = controller.take_over(0.2, moving(&axis, 1.0));
-    let begun = state.linear.states;
+    let start = state.linear.states;
     for k in 0..50 {
         let reference = 1.0 + velocity * DT * f64::from(k);
         let torque = controller.step(&mut state, moving(&axis, reference), DT).torque;
         assert!((torque - 0.2).abs() < 1e-12, "{k}: {torque}");
         axis.period(0.2, 0.2);
     }
-    for (one, other) in begun.iter().zip(state.linear.states) {
-        assert!((one - other).abs() < 1e-12, "{begun:?} {:?}", state.linear.states);
+    for (one, other) in start.iter().zip(state.linear.states) {
+        assert!((one - other).abs() < 1e-12, "{start:?} {:?}", state.linear.states);
     }
 }
 

@@ -3,8 +3,7 @@
 //! Differences of counts are coarse at low speed, an integrated acceleration drifts; together they give a velocity
 //! without either. The offset of the accelerometer is a state of its own, so that it does not end up in the velocity.
 //!
-//! Needs no model of the drive or its friction. Where the drive's model is trusted, an observer that contains it is
-//! ahead of this one by its delay.
+//! It requires no model of the drive or its friction. An observer with an accurate model of the drive has less delay.
 
 use super::{finite_or, measurable};
 use crate::Fields;
@@ -13,7 +12,7 @@ use crate::scalar::{Mask, Scalar};
 
 /// Three-state observer of angle, velocity and accelerometer offset.
 ///
-/// In current form, today's angle corrects today's estimate:
+/// In current form, the present angle corrects the present estimate:
 ///
 ///   φ⁺ = φ + T·Ω + T²/2·α,   Ω⁺ = Ω + T·α,   a₀⁺ = a₀,   α = i_h·(a − a₀),   y = φ
 ///
@@ -32,12 +31,12 @@ pub struct VelocityObserver<T> {
     #[field(symbol = "l_Ω", unit = "1/s", range = 0.0..=1e5, default = 42.71491669397492)]
     pub velocity_gain: T,
     /// Correction of the accelerometer offset per deviation of the angle. Negative: an angle ahead of the estimate
-    /// means that the offset was taken for too large.
+    /// means that the offset is estimated too large.
     #[field(symbol = "l_a", unit = "m/(s^2 rad)", range = -1e8..=0.0, default = -2.8316991727667413)]
     pub offset_gain: T,
 }
 
-/// What the observer expects at the next sample.
+/// State of the observer, predicted for the next sample.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct VelocityObserverState<T> {
     /// Screw angle.
@@ -49,19 +48,19 @@ pub struct VelocityObserverState<T> {
     /// Accelerometer offset.
     #[field(symbol = "a₀", unit = "m/s^2")]
     pub acceleration_offset: T,
-    /// Whether an angle is known; the first measured one is taken as it is.
+    /// Whether an angle is known; the first measured one is used directly.
     #[field(unit = "1", flag)]
     pub started: T,
 }
 
 impl<T: Scalar> VelocityObserverState<T> {
-    /// At rest at this angle [rad], with no offset known.
+    /// At rest at this angle [rad], with unknown offset.
     pub fn at(angle: T) -> Self {
         VelocityObserverState { angle, started: T::of(1.0), ..Self::default() }
     }
 }
 
-/// What the observer reads.
+/// Inputs of the observer.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct VelocityObserverInput<T> {
     /// Measured screw angle, unwrapped.
@@ -72,7 +71,7 @@ pub struct VelocityObserverInput<T> {
     pub acceleration: T,
 }
 
-/// What the observer estimates for the present sample.
+/// Estimates of the observer for the present sample.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct VelocityObserverOutput<T> {
     /// Screw angle.
@@ -190,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_is_forgotten_at_once() {
+    fn a_non_finite_measurement_leaves_no_trace() {
         let observer = VelocityObserver::<f64>::default();
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let mut state = VelocityObserverState::default();

@@ -1,6 +1,6 @@
 //! One cycle of the bench's software: readings and a command in, voltages and a frame out.
 //!
-//! The [`Tick`] is the signal path; [`Safety`] says whether it may have torque. Both together run in the same cycle, on
+//! The [`Tick`] is the signal path; [`Safety`] decides whether it may have torque. Both together run in the same cycle, on
 //! time in the real-time loop, as fast as it goes in a simulation, with recorded inputs in a replay, and give the same
 //! bits there. No signal path of its own: plain `f64`.
 //!
@@ -22,7 +22,7 @@ use crate::supervise::{
 };
 use crate::tick::{EncoderReading, Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
-/// What the software writes in a tick.
+/// Outputs of the software in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Voltages<T> {
     /// For the servo amplifier's D/A converter.
@@ -33,7 +33,7 @@ pub struct Voltages<T> {
     pub amplifier_voltage: T,
 }
 
-/// What an experiment asks for in a tick.
+/// Command of an experiment for a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
     /// Set-point, counted from the screw's zero once it is known.
@@ -46,28 +46,28 @@ pub struct Command {
     pub added_torque: f64,
     /// Torque of the load motor added to the law's, against positive motion [N m].
     pub added_load_torque: f64,
-    /// By what the experiment knows the frame when it comes: its own number, from 1 on; 0 where nobody asks.
+    /// Number by which the experiment identifies the frame, from 1 on; 0: unused.
     pub mark: u32,
 }
 
-/// What an experiment gets in a tick.
+/// Frame of a tick for an experiment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Number of the tick since the start.
     pub cycle: u64,
     /// Screw angle by the encoder [rad], counted from the screw's zero once it is known.
     pub angle: f64,
-    /// What was asked for.
+    /// The command.
     pub command: Command,
-    /// What the interfaces delivered at the begin of the tick.
+    /// Readings at the start of the tick.
     pub measurement: Measurement<f64>,
-    /// Everything that the software knows.
+    /// All signals of the software.
     pub signals: TickOutput<f64>,
-    /// What the bench may do after this tick.
+    /// Safety state after this tick.
     pub safety: SafetyState,
 }
 
-/// What the next tick is to whoever was brought along.
+/// Inputs of an external file in the next tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Whether the position is controlled.
@@ -76,19 +76,19 @@ pub struct Sample {
     pub renders: bool,
     /// A sample of the position controller begins: what is computed from `input` comes into force when it ends.
     pub begins: bool,
-    /// A sample ends, which may be the one that has just begun.
+    /// A sample ends, which may be the one that has just started.
     pub ends: bool,
-    /// What a position controller reads.
+    /// Inputs of a position controller.
     pub input: AxisControlInput<f64>,
     /// Estimated velocity of the screw, as a rendering law reads it [rad/s].
     pub estimated_velocity: f64,
     /// Torque of the load motor by its measured current, against positive motion [N m].
     pub measured_load_torque: f64,
-    /// Torque that was asked of the drive in the tick before [N m].
+    /// Torque reference of the drive in the tick before [N m].
     pub commanded_torque: f64,
 }
 
-/// Torques in force of what was brought along.
+/// Active torques of external files.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExternalTorques {
     /// Of the drive [N m].
@@ -97,7 +97,7 @@ pub struct ExternalTorques {
     pub load_torque: f64,
 }
 
-/// What is changed between two ticks, in force from the next one on.
+/// A change between two ticks, active from the next one on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "it goes through rings by value; the core has no heap")]
 pub enum Change {
@@ -105,24 +105,24 @@ pub enum Change {
     Request(Request),
     /// Homing found the index at this encoder angle [rad].
     Homed(f64),
-    /// Homing found none.
+    /// Homing failed.
     HomingFailed(HomingFault),
-    /// The machine behind a link is gone.
+    /// The machine behind a link failed.
     MachineFailed(MachineFault),
-    /// What was brought along in this role is gone.
+    /// The external file in this role failed.
     ForeignFailed(Role, ExternalFault),
     /// Other parameters, all of them at once.
     Parameters(Parameters<f64>),
 }
 
-/// All that the software computes with: one set, in force from the begin of one tick on.
+/// Parameters of the software: one set, active from the start of a tick on.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Parameters<T> {
     /// The signal path.
     pub tick: Tick<T>,
-    /// What stops the bench.
+    /// Limits that stop the bench.
     pub safety: SafetyLimits<T>,
-    /// What brings it to rest.
+    /// Brake of the bench.
     pub brake: Brake<T>,
     /// Torque constant of the drive motor; 0 where its current is not known.
     #[field(symbol = "K_t", unit = "N m/A", range = 0.0..=100.0)]
@@ -141,13 +141,13 @@ pub struct Software {
     missed: u64,
     /// Ticks without a command since the last one.
     silent: u64,
-    /// Whether the position controller is to compute no number.
+    /// Whether the position controller is to output NaN.
     spoilt: bool,
     /// Computed in the last tick.
     voltages: Voltages<f64>,
     /// The command that was carried out last.
     command: Command,
-    /// What a position controller would have read in the last tick.
+    /// Inputs of a position controller in the last tick.
     last: AxisControlInput<f64>,
 }
 
@@ -169,7 +169,7 @@ impl Software {
         }
     }
 
-    /// What it computes with.
+    /// Its parameters.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
@@ -179,7 +179,7 @@ impl Software {
         self.cycle
     }
 
-    /// What was computed in the last tick: the amplifiers get it with the next one.
+    /// Outputs of the last tick: the amplifiers get them with the next one.
     pub fn voltages(&self) -> Voltages<f64> {
         self.voltages
     }
@@ -189,7 +189,7 @@ impl Software {
         &self.safety
     }
 
-    /// What the next tick computes on under this command: the software with its parameters, its state, what it reads.
+    /// Inputs of the next tick under this command: the software with its parameters, its state, its readings.
     /// A replay or another processor that is given the same gives the same.
     pub fn next_tick(
         &self,
@@ -199,7 +199,7 @@ impl Software {
         (self.parameters.tick, self.state, TickInput { measurement: readings, order: self.order(command) })
     }
 
-    /// What the next tick is to whoever was brought along, with these readings and this command.
+    /// Inputs of an external file in the next tick, with these readings and this command.
     pub fn sample(&self, readings: &Measurement<f64>, command: Option<&Command>) -> Sample {
         let order = command.map_or_else(|| self.order(&self.resting()), |command| self.order(command));
         let Measurement { count, index, latch, tacho_voltage, .. } = *readings;
@@ -223,12 +223,12 @@ impl Software {
         }
     }
 
-    /// One cycle on the readings at its begin. Without a command the set-point comes to rest.
+    /// One cycle on the readings at its start. Without a command the set-point comes to rest.
     pub fn step(&mut self, readings: Measurement<f64>, command: Option<Command>) -> Frame {
         self.step_with(readings, command, ExternalTorques::default())
     }
 
-    /// The same with the torques of whoever was brought along. They are a part of the command in the frame, so that a
+    /// The same with the torques of external files. They are a part of the command in the frame, so that a
     /// record has them.
     pub fn step_with(
         &mut self,
@@ -274,7 +274,7 @@ impl Software {
         self.missed += 1;
     }
 
-    /// Fault injection: as if the position controller had computed no number.
+    /// Fault injection: the position controller outputs NaN.
     pub fn spoil_controller(&mut self) {
         self.spoilt = true;
     }
@@ -371,7 +371,7 @@ impl Software {
         Command { setpoint, added_torque: 0.0, added_load_torque: 0.0, mark: 0, ..self.command }
     }
 
-    /// Whether somebody commands; without that for too long the bench stops.
+    /// Checks for commands; after too long a gap the bench stops.
     fn listen(&mut self, commanded: bool) {
         self.silent = if commanded { 0 } else { self.silent + 1 };
         let limit = self.parameters.safety.command_time;
@@ -380,7 +380,7 @@ impl Software {
         }
     }
 
-    /// Judges a tick. Where it stops the bench, the brake writes the voltages instead, or nobody.
+    /// Judges a tick. Where it stops the bench, the brake writes the voltages instead, or they are 0.
     fn supervise(
         &mut self,
         order: &Order<f64>,
@@ -413,7 +413,7 @@ impl Software {
         state
     }
 
-    /// Takes the motors from commands, controller and law.
+    /// Disconnects the motors from commands, controller and law.
     fn hold_back(&mut self, signals: &mut TickOutput<f64>, braking: Option<Braking>) {
         let Tick { scaling, current, .. } = &self.parameters.tick;
         let Braking { torque, shorted } = braking.unwrap_or(Braking { torque: 0.0, shorted: true });
@@ -430,7 +430,7 @@ impl Software {
         self.state.computed_torque = 0.0;
     }
 
-    /// Which block computed no number: the tick keeps it from the drive, and supervision stops.
+    /// The block with a non-finite output: the tick keeps it from the drive, and supervision stops.
     fn broken(&self, signals: &TickOutput<f64>) -> Option<&'static str> {
         let torque = self.state.computed_torque + self.state.commanded_torque;
         [

@@ -1,10 +1,10 @@
-//! The state of the software, kept and put back.
+//! The state of the software, stored and restored.
 
 use super::{Command, Software};
 use crate::snapshot::{StateVisitor, count, fields, flag};
 
 impl Software {
-    /// Everything that the next ticks depend on, parameters included; the length of a tick is whoever's that made it.
+    /// Everything that the next ticks depend on, parameters included; the length of a tick is not included.
     pub fn keep(&mut self, keep: &mut dyn StateVisitor) {
         let Software {
             parameters,

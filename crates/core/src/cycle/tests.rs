@@ -122,7 +122,7 @@ fn the_operators_stop_brakes_against_the_motion_and_leaves_the_bench_ready() {
 }
 
 #[test]
-fn a_controller_that_gives_no_number_is_a_fault_and_it_begins_anew_once_that_is_acknowledged() {
+fn a_non_finite_controller_is_a_fault_and_it_restarts_after_the_acknowledgement() {
     let mut software = running(0.0);
     software.step(Measurement::default(), Some(moving(0.0, 0.0)));
     software.spoil_controller();
@@ -140,7 +140,7 @@ fn a_controller_that_gives_no_number_is_a_fault_and_it_begins_anew_once_that_is_
 }
 
 #[test]
-fn a_bench_that_nobody_commands_holds_its_position_or_stops_after_a_set_time() {
+fn a_bench_without_commands_holds_its_position_or_stops_after_a_set_time() {
     let mut software = running(0.0);
     let mut parameters = *software.parameters();
     parameters.safety.command_time = 0.1;
@@ -166,7 +166,7 @@ fn ticks_that_were_missed_in_a_row_are_a_fault_once_they_are_too_many() {
 }
 
 #[test]
-fn a_controller_begins_where_the_load_is_and_not_where_nobody_led_it() {
+fn a_controller_starts_at_the_position_of_the_load() {
     let mut software = running(0.0);
     let far = Measurement { count: 9000.0, ..Measurement::default() };
     // The first tick reads the counter's start, the second one is there.
@@ -247,11 +247,11 @@ fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_ackno
     software.change(&Change::Request(Request::Acknowledge)).unwrap();
     assert_eq!(software.safety().state(), SafetyState::Off);
     let said = std::format!("{fault}");
-    assert!(said.contains("signal 11, memory that is not its own"), "{said}");
+    assert!(said.contains("signal 11, invalid memory access"), "{said}");
 }
 
 #[test]
-fn why_a_controller_was_late_is_told_when_it_is_known_and_never_afterwards() {
+fn the_cause_of_a_late_controller_is_reported_once_it_is_known() {
     let mut software = running(0.0);
     let late = ExternalFault::Late { time: 7.5e-4 };
     let crashed = ExternalFault::Crashed { signal: 11 };
@@ -263,7 +263,7 @@ fn why_a_controller_was_late_is_told_when_it_is_known_and_never_afterwards() {
     software.change(&Change::ForeignFailed(Role::Controller, ExternalFault::Ended { code: 1 })).unwrap();
     assert_eq!(told(&software), Some(Fault::External(Role::Controller, crashed)));
     let said = std::format!("{}", Fault::External(Role::Controller, late));
-    assert!(said.contains("was not there 0.750 ms after its sample began"), "{said}");
+    assert!(said.contains("was missing 0.750 ms after the start of its sample"), "{said}");
     // At rest as well; a fault of the machine is never taken for it.
     let mut software = running(0.0);
     software.change(&Change::ForeignFailed(Role::Controller, late)).unwrap();
@@ -278,7 +278,7 @@ fn why_a_controller_was_late_is_told_when_it_is_known_and_never_afterwards() {
 }
 
 #[test]
-fn a_fault_that_is_being_braked_for_is_told_though_the_machine_goes_meanwhile() {
+fn a_fault_is_reported_although_the_machine_fails_while_braking() {
     let mut software = running(0.0);
     software.step(Measurement::default(), Some(moving(0.0, 0.0)));
     let turning =

@@ -4,7 +4,7 @@ use super::flow;
 use crate::Fields;
 use crate::scalar::Scalar;
 
-/// What is mounted on the carriage.
+/// Arm mounted on the carriage.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum Arm<T> {
@@ -51,7 +51,7 @@ impl<T: Scalar> ElasticArm<T> {
 }
 
 impl ElasticArm<f64> {
-    /// Angular frequency of the mode on a carriage that is held [rad/s].
+    /// Angular frequency of the mode on a fixed carriage [rad/s].
     pub fn angular_frequency(&self) -> f64 {
         libm::sqrt(self.stiffness / self.inertia)
     }

@@ -1,7 +1,7 @@
 //! The drive: two masses with a compliant coupling, motors and their amplifiers.
 //!
-//! All torques on the screw side, angles in rad. The same structs hold what the virtual machine *is* and what the
-//! software *believes*; the values differ, the equations do not.
+//! All torques on the screw side, angles in rad. The same structs hold the values of the virtual machine and those of
+//! the software's model; the values differ, the equations do not.
 
 mod arm;
 mod flow;
@@ -36,13 +36,13 @@ pub struct TwoMass<T> {
     /// Damping of the coupling.
     #[field(symbol = "d", unit = "N m s/rad", range = 0.0..=0.1, default = 9.6e-3)]
     pub coupling_damping: T,
-    /// Way of the carriage per revolution of the screw.
+    /// Travel of the carriage per revolution of the screw.
     #[field(symbol = "h", unit = "m", range = 1e-3..=4e-2, default = 5e-3)]
     pub screw_lead: T,
 }
 
 impl<T: Scalar> TwoMass<T> {
-    /// h/2π: way of the carriage per angle of the screw [m/rad].
+    /// h/2π: travel of the carriage per angle of the screw [m/rad].
     #[inline(always)]
     pub fn carriage_ratio(&self) -> T {
         self.screw_lead * T::of(1.0 / TAU)
@@ -56,7 +56,7 @@ impl<T: Scalar> TwoMass<T> {
 }
 
 impl TwoMass<f64> {
-    /// How fast motor and load vibrate against each other over the coupling, without damping [rad/s].
+    /// Angular frequency of motor and load on the coupling, without damping [rad/s].
     pub fn vibration(&self) -> f64 {
         libm::sqrt(self.coupling_stiffness * self.inertia() / (self.motor_inertia * self.load_inertia))
     }
@@ -142,7 +142,7 @@ impl<T: Scalar> LoadAmplifier<T> {
     }
 }
 
-/// What an actuator does with a number that is none: nothing.
+/// Input of an actuator; 0 for a non-finite number.
 #[inline(always)]
 pub fn nan_to_zero<T: Scalar>(value: T) -> T {
     value.le(value).select(value, T::of(0.0))

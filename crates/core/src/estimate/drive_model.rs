@@ -1,4 +1,4 @@
-//! The drive as the software believes it: motor, coupling, load, load motor's current, and friction with presliding.
+//! The software's model of the drive: motor, coupling, load, load motor's current, and friction with presliding.
 
 use crate::Fields;
 use crate::block::Block;
@@ -7,7 +7,7 @@ use crate::friction::contacts::{Sliding, correct, predict};
 use crate::friction::{Friction, Memory};
 use crate::scalar::Scalar;
 
-/// The believed drive, prepared for a step.
+/// The modelled drive, prepared for a step.
 ///
 /// ```text
 /// J_M·φ̈_M = M_M − M_C − M_R,M      M_C = c·(φ_M − φ) + d·(φ̇_M − φ̇)
@@ -32,7 +32,7 @@ pub struct DriveModel<T> {
     half_flow: [[T; STATES + 1]; STATES + INPUTS],
 }
 
-/// Where the believed drive is.
+/// State of the modelled drive.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveState<T> {
     /// Angle of the screw.
@@ -56,16 +56,16 @@ pub struct DriveState<T> {
     /// Torque held against the motor: its friction.
     #[field(symbol = "M_R,M", unit = "N m")]
     pub motor_resistance: T,
-    /// Torque held against the load: its friction and what acts besides.
+    /// Torque held against the load: its friction and other torques.
     #[field(symbol = "M_R", unit = "N m")]
     pub load_resistance: T,
-    /// What the motor's contact remembers.
+    /// State of the motor's contact.
     pub motor_memory: Memory<T>,
-    /// What the load's contact remembers.
+    /// State of the load's contact.
     pub load_memory: Memory<T>,
 }
 
-/// What acts on the believed drive over a step.
+/// Inputs of the modelled drive over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveModelInput<T> {
     /// Torque that the servo amplifier aims at.
@@ -79,7 +79,7 @@ pub struct DriveModelInput<T> {
     pub resistance: T,
 }
 
-/// What the believed drive did in the middle of a step.
+/// Motion of the modelled drive in the middle of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveModelOutput<T> {
     /// Velocity of the screw.
@@ -113,7 +113,7 @@ impl<T: Scalar> DriveModel<T> {
         DriveModel { drive, winding, motor_friction, friction, half_flow }
     }
 
-    /// Half a step of all that is linear.
+    /// Half a step of the linear part.
     #[inline(always)]
     fn flow(&self, state: &mut DriveState<T>, motor_resistance: T, load_resistance: T, input: &DriveModelInput<T>) {
         let x = [

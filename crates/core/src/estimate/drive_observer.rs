@@ -7,10 +7,10 @@ use crate::control::finite_or;
 use crate::fields::Fields as _;
 use crate::scalar::{Mask, Scalar};
 
-/// The accelerometer as the observer believes it, prepared for a step of the model: second order.
+/// Model of the accelerometer, prepared for a step: second order.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct AccelerationSensor<T> {
-    /// Way of the carriage per angle of the screw.
+    /// Travel of the carriage per angle of the screw.
     #[field(symbol = "1/i_h", unit = "m/rad", range = 1e-5..=1.0, default = 7.957_747_154_594_768e-4)]
     pub carriage_ratio: T,
     /// Exact step: rows value and rate, columns value, rate and input held.
@@ -33,7 +33,7 @@ pub struct ObserverGains<T> {
     /// Of the velocity.
     #[field(unit = "rad/s", range = -1e9..=1e9)]
     pub velocity: [T; 3],
-    /// Of the torque that the model lacks.
+    /// Of the torque missing in the model.
     #[field(unit = "N m", range = -1e9..=1e9)]
     pub torque: [T; 3],
     /// Of the accelerometer's offset.
@@ -56,17 +56,17 @@ pub struct ObserverGains<T> {
 /// Observer of the whole drive: the model moves in steps of its own, each measurement corrects it.
 ///
 /// The gains are those of a stationary Kalman filter for the linear drive with an unknown torque on the load
-/// (`stickslip::design::drive_observer`): what the believed friction lacks, as long as it wanders slowly. Presliding lies
+/// (`stickslip::design::drive_observer`): the error of the modelled friction, as long as it varies slowly. Presliding lies
 /// below a count of most encoders; what shows it is the model. The ripple of a tacho grows with speed, as no filter with
 /// constant gains can know: there are two sets, and the speed shares them out.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveObserver<T> {
     /// The drive, prepared for a step.
     pub model: DriveModel<T>,
-    /// How many steps of the model a tick has.
+    /// Steps of the model in a tick.
     #[field(fixed)]
     pub steps: usize,
-    /// Share of the way to its input that the tacho's low-pass goes in a step.
+    /// Step of the tacho's low-pass, as a share of the distance to its input.
     #[field(unit = "1", range = 0.0..=1.0, default = 1.0)]
     pub tacho_share: T,
     /// The accelerometer.
@@ -80,12 +80,12 @@ pub struct DriveObserver<T> {
     pub ripple_velocity: T,
 }
 
-/// What the observer expects at the next tick.
+/// State of the observer, predicted for the next tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveObserverState<T> {
     /// The drive.
     pub drive: DriveState<T>,
-    /// Torque that the model lacks, against positive motion.
+    /// Torque missing in the model, against positive motion.
     #[field(symbol = "r", unit = "N m")]
     pub residual: T,
     /// Accelerometer offset.
@@ -100,12 +100,12 @@ pub struct DriveObserverState<T> {
     /// Accelerometer: rate.
     #[field(unit = "m/s^3")]
     pub acceleration_rate: T,
-    /// Whether it runs; the first measurements are taken as they are.
+    /// Whether it runs; the first measurements are used directly.
     #[field(unit = "1", flag)]
     pub started: T,
 }
 
-/// What the observer reads at a tick.
+/// Inputs of the observer at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveObserverInput<T> {
     /// Measured screw angle, unwrapped.
@@ -120,7 +120,7 @@ pub struct DriveObserverInput<T> {
     /// Measured current of the load motor.
     #[field(symbol = "i", unit = "A")]
     pub current: T,
-    /// Torque asked of the drive motor until the next tick.
+    /// Torque reference of the drive motor until the next tick.
     #[field(symbol = "M_M", unit = "N m")]
     pub motor_torque: T,
     /// Voltage at the load motor until the next tick.
@@ -131,7 +131,7 @@ pub struct DriveObserverInput<T> {
     pub estimated_velocity: T,
 }
 
-/// What the observer says of the present tick.
+/// Estimates of the observer for the present tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Estimate<T> {
     /// Screw angle.
@@ -143,7 +143,7 @@ pub struct Estimate<T> {
 }
 
 impl<T: Scalar> DriveObserver<T> {
-    /// Takes the measurements of this tick in.
+    /// Corrects the state by the measurements of this tick.
     #[inline(always)]
     fn correct(&self, state: &mut DriveObserverState<T>, input: &DriveObserverInput<T>) {
         let known = state.started.gt(T::of(0.5));
@@ -175,7 +175,7 @@ impl<T: Scalar> DriveObserver<T> {
         state.drive.load_resistance += missing;
     }
 
-    /// The state from which the first measurement is met.
+    /// The state before the first measurement.
     #[inline(always)]
     pub(crate) fn begin(&self, input: &DriveObserverInput<T>) -> DriveObserverState<T> {
         let zero = T::of(0.0);

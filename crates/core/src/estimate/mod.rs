@@ -1,6 +1,6 @@
 //! Estimation with the drive's model: what a load does between two counts of its encoder.
 //!
-//! [`DriveModel`] moves the drive as the software believes it, [`DriveObserver`] corrects it by encoder, tacho,
+//! [`DriveModel`] is the software's model of the drive, [`DriveObserver`] corrects it by encoder, tacho,
 //! accelerometer and current. Presliding lies below a count of most encoders: what shows it is the model. Where no model
 //! is trusted, [`VelocityObserver`](crate::control::VelocityObserver) needs none.
 

@@ -12,7 +12,7 @@ use crate::fields::{Relation, at_most};
 use crate::scalar::kernel::{cosine, sine};
 use crate::scalar::{Mask, Scalar};
 
-/// What a bristle model says about itself.
+/// The four functions of a bristle model.
 pub trait Bristle<T: Scalar> {
     /// Sliding level g [N m] at a speed ≥ 0 [rad/s], without the viscous part.
     fn sliding(&self, speed: T) -> T;
@@ -30,7 +30,7 @@ pub trait Bristle<T: Scalar> {
     }
 }
 
-/// How much of a motion slides, and how that rises with the deflection.
+/// Sliding share of a motion, and its slope over the deflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Release<T> {
     /// Share α: 0 elastic … 1 sliding.
@@ -40,7 +40,7 @@ pub struct Release<T> {
 }
 
 impl<T: Scalar> Release<T> {
-    /// All of it, whatever the deflection.
+    /// All of the motion slides, for any deflection.
     #[inline(always)]
     pub fn sliding() -> Self {
         Release { share: T::of(1.0), slope: T::of(0.0) }
@@ -57,7 +57,7 @@ pub fn rate<T: Scalar>(model: &impl Bristle<T>, deflection: T, velocity: T) -> (
     (rate, model.stiffness() * deflection + model.damping(velocity) * rate)
 }
 
-/// What happens to bristles in a step: the velocity is held.
+/// A step of bristles at a constant velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Bend<T> {
     /// Deflection at the start [rad].
@@ -178,7 +178,7 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     }
 }
 
-/// How the damping of the bristles fades as the contact slides.
+/// Form of the fading of the bristle damping with speed.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "shape")]
 pub enum Fading<T> {
@@ -216,7 +216,7 @@ pub struct LuGre<T> {
     /// Damping of the bristles at rest.
     #[field(symbol = "σ₁", unit = "N m s/rad", range = 0.0..=1e3, default = 0.85)]
     pub bristle_damping: T,
-    /// How the damping fades with speed.
+    /// Fading of the damping with speed.
     pub fading: Fading<T>,
 }
 

@@ -1,4 +1,4 @@
-//! What turns a sliding curve into friction with presliding.
+//! Bristles that add presliding to a sliding curve.
 
 use super::{ElastoPlastic, Fading, Friction, LuGre, Model, Stribeck};
 use crate::Fields;
@@ -14,7 +14,7 @@ pub struct Bristles<T> {
     /// Damping of the bristles at rest.
     #[field(symbol = "σ₁", unit = "N m s/rad", range = 0.0..=1e3, default = 0.85)]
     pub damping: T,
-    /// How the damping fades with speed.
+    /// Fading of the damping with speed.
     pub fading: Fading<T>,
     /// Elastic limit as a share of the breakaway deflection M_S/σ₀.
     #[field(symbol = "z_ba·σ₀/M_S", unit = "1", range = 0.0..=0.95, default = 0.7)]

@@ -1,6 +1,6 @@
 //! Friction of several contacts on one mass, renewed in the middle of a well-balanced step.
 //!
-//! What was held of it in the flow before is taken off, so that only its change kicks the velocity.
+//! The torque held in the previous flow is subtracted, so that only its change kicks the velocity.
 
 use super::{Contact, Friction, FrictionInput, Memory};
 use crate::block::Block as _;
@@ -16,7 +16,7 @@ pub(crate) struct Sliding<T> {
     pub(crate) load: T,
     /// Torque against positive motion that was held in the flow.
     pub(crate) held: T,
-    /// Torque against positive motion from all that is no friction.
+    /// Torque against positive motion from all torques but friction.
     pub(crate) others: T,
 }
 
@@ -74,7 +74,7 @@ impl<T: Scalar> Sliding<T> {
         self.held + self.velocity * self.inertia / dt - self.others
     }
 
-    /// What a contact sees of the mass at a velocity; `factor` multiplies its torque.
+    /// Inputs of a contact at a velocity of the mass; `factor` multiplies its torque.
     #[inline(always)]
     fn contact(&self, velocity: T, arrest: T, factor: T) -> Contact<T> {
         // A contact without load takes up nothing: its share of the arrest is divided by a factor that is not 0.

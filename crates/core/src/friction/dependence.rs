@@ -1,4 +1,4 @@
-//! What friction depends on besides the velocity: direction, angle, load, time at rest, temperature.
+//! Dependences of friction besides the velocity: direction, angle, load, time at rest, temperature.
 
 use core::f64::consts::TAU;
 
@@ -108,10 +108,10 @@ pub struct Rising<T> {
     /// Share by which friction is greater after a long rest.
     #[field(symbol = "r_θ", unit = "1", range = 0.0..=10.0, default = 0.3)]
     pub rise: T,
-    /// Time at rest in which half of the rise is there.
+    /// Time at rest for half of the rise.
     #[field(symbol = "γ", unit = "s", range = 1e-4..=1e6, default = 5.0)]
     pub time: T,
-    /// Way of sliding that renews the contact.
+    /// Sliding distance that renews the contact.
     #[field(symbol = "φ_c", unit = "rad", range = 1e-7..=100.0, default = 5e-3)]
     pub way: T,
 }
@@ -124,7 +124,7 @@ impl<T: Scalar> Rising<T> {
 }
 
 impl<T: Scalar> Rest<T> {
-    /// Factor of what is held at an age [s].
+    /// Factor of the holding torque at an age [s].
     #[inline(always)]
     pub(super) fn strength(&self, age: T) -> T {
         match self {
@@ -194,7 +194,7 @@ impl<T: Scalar> Temperature<T> {
     }
 }
 
-/// What time at rest and temperature make of a contact in a step.
+/// Factors of time at rest and temperature in a step.
 #[derive(Clone, Copy)]
 pub(super) struct Condition<T> {
     /// Factor of the sliding level, by the age.
@@ -208,7 +208,7 @@ pub(super) struct Condition<T> {
 }
 
 impl<T: Scalar> Condition<T> {
-    /// As it was identified.
+    /// At the reference.
     #[inline(always)]
     pub(super) fn reference() -> Self {
         let one = T::of(1.0);

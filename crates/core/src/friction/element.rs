@@ -9,21 +9,21 @@ use crate::scalar::Scalar;
 ///
 /// A step is that of the virtual machine at a velocity which is held over it: a predictor over half the step gives the
 /// deflection about which the release of the bristles is linear (midpoint of the exponential bristle step). Of second
-/// order if the velocity is that of the step's middle, of first order if it is that of its begin.
+/// order if the velocity is that of the step's middle, of first order if it is that of its start.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionElement<T> {
-    /// Model, and what it depends on.
+    /// Model and dependences.
     pub friction: Friction<T>,
 }
 
-/// What a friction element remembers.
+/// State of a friction element.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionElementState<T> {
     /// The contact.
     pub memory: Memory<T>,
 }
 
-/// What a friction element gives.
+/// Outputs of a friction element.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionElementOutput<T> {
     /// Mean friction torque of the step, against positive motion.

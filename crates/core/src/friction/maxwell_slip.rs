@@ -26,7 +26,7 @@ use crate::scalar::{Mask, Scalar};
 pub struct MaxwellSlip<T> {
     /// The curve at constant speed.
     pub sliding: Stribeck<T>,
-    /// How fast the level is attracted by the curve.
+    /// Rate at which the level approaches the curve.
     #[field(symbol = "C", unit = "N m/s", range = 1e-3..=1e6, default = 30.0)]
     pub attraction: T,
     /// Share of the first element in the level.
@@ -35,7 +35,7 @@ pub struct MaxwellSlip<T> {
     /// Share of the second element.
     #[field(symbol = "α₂", unit = "1", range = 0.0..=1.0, default = 0.25)]
     pub second_share: T,
-    /// Share of the third element; the fourth has what is left.
+    /// Share of the third element; the fourth has the rest.
     #[field(symbol = "α₃", unit = "1", range = 0.0..=1.0, default = 0.25)]
     pub third_share: T,
     /// Stiffness of the first element. The sum of all four is the slope of the presliding loop at a reversal.
@@ -98,7 +98,7 @@ impl<T: Scalar> MaxwellSlip<T> {
         [at_most("third_share", self.third_share, left, remedy)]
     }
 
-    /// What the contact remembers after sliding for long at a velocity [rad/s] with this factor of its level.
+    /// State of the contact after long sliding at a velocity [rad/s] with this factor of its level.
     #[inline(always)]
     pub(super) fn steady(&self, velocity: T, strength: T) -> Memory<T> {
         let level = self.sliding.level(velocity.abs());
@@ -115,7 +115,7 @@ impl<T: Scalar> MaxwellSlip<T> {
     /// One step: what is remembered, and the mean torque [N m] without the viscous part, each element with the factor of
     /// its own direction, so that the torque has no jump at a reversal.
     ///
-    /// The level is exact for a velocity that is held. Over the step each limit runs evenly from its begin to its end, and an
+    /// The level is exact for a velocity that is held. Over the step each limit runs evenly from its start to its end, and an
     /// element stretches until it meets it; the torque is the exact mean of that, so that the work less what is stored is
     /// what slips, and never negative.
     #[inline(always)]
@@ -136,7 +136,7 @@ impl<T: Scalar> MaxwellSlip<T> {
         memory.lag += fall / breakaway;
         let (level, level_then) = (strength * lagging, strength * (lagging - fall));
 
-        // A limit that is no number would hold nothing: let it be seen instead.
+        // A non-finite limit would hold nothing: it is passed on instead.
         let way = velocity * dt + zero * level;
         let (shares, stiffnesses) = (self.shares(), self.stiffnesses());
         let (mut torque, mut deflection) = (zero, zero);

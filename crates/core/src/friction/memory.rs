@@ -1,14 +1,14 @@
-//! What a contact remembers.
+//! State of a contact.
 
 use crate::Fields;
 use crate::drive::nan_to_zero;
 use crate::scalar::{Mask, Scalar};
 
-/// How many elements a Maxwell slip has.
+/// Number of elements of a Maxwell slip.
 pub const ELEMENTS: usize = 4;
 
-/// What a contact remembers from step to step, at first one that has never been moved and has rested no time. Each model
-/// uses what it needs, so that models may be swapped.
+/// State of a contact from step to step; initially without deflection and without time at rest. Each model uses its
+/// part, so that models may be swapped.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Memory<T> {
     /// Deflection of the bristles; of a Maxwell slip the mean of its elements.
@@ -17,16 +17,16 @@ pub struct Memory<T> {
     /// Deflection of each element of a Maxwell slip.
     #[field(symbol = "z_i", unit = "rad")]
     pub elements: [T; ELEMENTS],
-    /// What the level of a Maxwell slip lacks of the breakaway torque, as a share of it.
+    /// Difference of the breakaway torque to the level of a Maxwell slip, as a share of the breakaway torque.
     #[field(symbol = "q", unit = "1", range = -1e9..=1.0)]
     pub lag: T,
-    /// Age of the contact: its time at rest, which a way of sliding takes back.
+    /// Age of the contact: its time at rest, which sliding reduces.
     #[field(symbol = "θ", unit = "s", range = 0.0..=1e12)]
     pub age: T,
 }
 
 impl<T: Scalar> Memory<T> {
-    /// All bristles and elements bent by as much [rad].
+    /// All bristles and elements at this deflection [rad].
     pub fn bent(deflection: T) -> Self {
         Memory { deflection, elements: [deflection; ELEMENTS], ..Memory::default() }
     }
@@ -46,7 +46,7 @@ impl<T: Scalar> Memory<T> {
         }
     }
 
-    /// Zero for each number that is none.
+    /// Zero for each non-finite number.
     #[inline(always)]
     pub(crate) fn without_nan(&self) -> Self {
         let mut elements = self.elements;

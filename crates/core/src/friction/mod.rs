@@ -78,7 +78,7 @@ pub enum Model<T> {
     MaxwellSlip(MaxwellSlip<T>),
 }
 
-/// What the contact sees in a step.
+/// Inputs of the contact in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Contact<T> {
     /// Velocity of the sliding surface, held over the step.
@@ -95,17 +95,17 @@ pub struct Contact<T> {
     pub arrest: T,
 }
 
-/// What a step of friction takes besides what the contact remembers.
+/// Inputs of a step of friction, besides the state of the contact.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionInput<T> {
     /// Deflection about which the release is linear: that of the step's middle.
     #[field(symbol = "z_m", unit = "rad")]
     pub probe: T,
-    /// What the contact sees.
+    /// Inputs of the contact.
     pub contact: Contact<T>,
 }
 
-/// What a step of friction gives.
+/// Result of a step of friction.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionOutput<T> {
     /// Mean torque of the step, against positive motion.
@@ -185,7 +185,7 @@ impl<T: Scalar> Friction<T> {
         factor(&self.position, &self.load, &contact) * warmth * (sliding + viscous) + self.direction.offset
     }
 
-    /// What a contact remembers that has slid for long at a constant velocity [rad/s].
+    /// State of a contact after long sliding at a constant velocity [rad/s].
     #[inline(always)]
     pub fn steady_memory(&self, velocity: T) -> Memory<T> {
         let age = self.rest.steady_age(velocity.abs());
@@ -236,7 +236,7 @@ impl<T: Scalar> Friction<T> {
         (end.deflection, torque)
     }
 
-    /// Whether all that the contact remembers is one deflection.
+    /// Whether the state of the contact is a single deflection.
     #[inline(always)]
     fn is_plain(&self) -> bool {
         matches!((&self.rest, &self.temperature), (Rest::Constant, Temperature::Constant))
@@ -292,7 +292,7 @@ impl<T: Scalar> Friction<T> {
         (end, torque)
     }
 
-    /// What is around any model: the factor of all, and the viscous torque [N m].
+    /// Common parts of all models: the factor, and the viscous torque [N m].
     #[inline(always)]
     fn around(&self, condition: &Condition<T>, contact: &Contact<T>) -> (T, T) {
         let velocity = contact.velocity;

@@ -37,7 +37,7 @@ pub struct Stribeck<T> {
     /// Torque at which the drive breaks away from rest. Below the kinetic torque on machines without a Stribeck drop.
     #[field(symbol = "M_S", unit = "N m", range = 1e-6..=200.0, default = 0.300)]
     pub breakaway_torque: T,
-    /// Level that sliding friction settles to before viscous friction takes over.
+    /// Level of sliding friction before viscous friction dominates.
     #[field(symbol = "M_K", unit = "N m", range = 1e-6..=200.0, default = 0.180)]
     pub kinetic_torque: T,
     /// Speed at which the drop from breakaway to kinetic torque has fallen to 1/e.
@@ -46,7 +46,7 @@ pub struct Stribeck<T> {
     /// Torque per speed of the lubricant.
     #[field(symbol = "b", unit = "N m s/rad", range = 0.0..=50.0, default = 2.0e-4)]
     pub viscous_friction: T,
-    /// How the drop falls with speed.
+    /// Fall of the drop with speed.
     pub decay: Decay<T>,
 }
 
@@ -82,7 +82,7 @@ impl<T: Scalar> Stribeck<T> {
     }
 }
 
-/// What a Stribeck curve is asked for.
+/// Inputs of a Stribeck curve.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Speed<T> {
     /// Magnitude of the velocity.
@@ -90,7 +90,7 @@ pub struct Speed<T> {
     pub speed: T,
 }
 
-/// What a Stribeck curve says.
+/// Outputs of a Stribeck curve.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionTorque<T> {
     /// Magnitude of the friction torque.

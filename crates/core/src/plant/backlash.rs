@@ -30,7 +30,7 @@ pub struct Gap<T> {
 }
 
 impl<T: Scalar> Backlash<T> {
-    /// What the coupling carries less than a tight one would [N m], for its twist [rad] and the velocity of the twist
+    /// Missing torque of the coupling relative to a tight one [N m], for its twist [rad] and the velocity of the twist
     /// [rad/s].
     #[inline(always)]
     pub(super) fn lost(&self, drive: &TwoMass<T>, twist: T, slip: T) -> T {

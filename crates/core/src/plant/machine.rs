@@ -21,11 +21,11 @@ use crate::sensor::Pickups;
 /// steps, and only its change kicks the velocities, so that a load at rest does not creep.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Machine<T> {
-    /// What it was prepared from; of an arm, what moves with the carriage is in the load inertia.
+    /// Parameters; the part of an arm that moves with the carriage is in the load inertia.
     pub plant: Plant<T>,
     /// Tacho and accelerometer, prepared.
     pub pickups: Pickups<T>,
-    /// How many steps a tick has.
+    /// Steps in a tick.
     #[field(fixed)]
     pub steps: usize,
     /// √(f_tick/2): from a noise density to a standard deviation.
@@ -36,7 +36,7 @@ pub struct Machine<T> {
     half_flow: [[T; STATES + 1]; STATES + INPUTS],
 }
 
-/// What the moving parts remember.
+/// State of the moving parts.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct MachineState<T> {
     /// Angle of the screw.
@@ -57,20 +57,20 @@ pub struct MachineState<T> {
     /// Torque of the drive motor.
     #[field(symbol = "M_M", unit = "N m")]
     pub motor_torque: T,
-    /// Torque held against the motor: its friction, less what a gap takes off the coupling.
+    /// Torque held against the motor: its friction, less the torque missing at the coupling in a gap.
     #[field(symbol = "M_R,M", unit = "N m")]
     pub motor_resistance: T,
-    /// Torque held against the load: friction and what a gap takes off the coupling, less what acts from outside.
+    /// Torque held against the load: friction and the torque missing at the coupling in a gap, less external torque.
     #[field(symbol = "M_R", unit = "N m")]
     pub load_resistance: T,
-    /// What a gap takes off the coupling, as held.
+    /// Torque missing at the coupling in a gap, as held.
     #[field(symbol = "M_G", unit = "N m")]
     pub lost_torque: T,
-    /// What the motor's contact remembers.
+    /// State of the motor's contact.
     pub motor_memory: Memory<T>,
-    /// What the screw's contact remembers.
+    /// State of the screw's contact.
     pub screw_memory: Memory<T>,
-    /// What the wheel's contact remembers.
+    /// State of the wheel's contact.
     pub wheel_memory: Memory<T>,
     /// Twist of the arm, φ_a − φ.
     #[field(symbol = "δ_a", unit = "rad")]
@@ -80,7 +80,7 @@ pub struct MachineState<T> {
     pub arm_velocity: T,
 }
 
-/// What acts on the moving parts.
+/// Inputs of the moving parts.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct MachineInput<T> {
     /// Input of the servo amplifier.
@@ -135,7 +135,7 @@ impl<T: Scalar> Machine<T> {
         Machine { plant, pickups, steps, noise_bandwidth_root, half_flow }
     }
 
-    /// Half a step of all that is linear; `dt` [s] is the whole step.
+    /// Half a step of the linear part; `dt` [s] is the whole step.
     #[inline(always)]
     fn flow(&self, state: &mut MachineState<T>, held: Held<T>, dt: T) {
         let x = [

@@ -39,7 +39,7 @@ pub struct Plant<T> {
     pub wheel: Wheel<T>,
     /// The load motor.
     pub load_motor: LoadMotor<T>,
-    /// What is mounted on the carriage besides its mass.
+    /// Arm on the carriage.
     pub arm: Arm<T>,
     /// Encoder on the screw.
     pub encoder: Encoder<T>,
@@ -53,7 +53,7 @@ pub struct Plant<T> {
     pub inputs: Converter<T>,
     /// D/A converters.
     pub outputs: Converter<T>,
-    /// Angle of the screw when the power comes on; nobody knows it before homing.
+    /// Angle of the screw at power-on, unknown to the software before homing.
     #[field(symbol = "φ_0", unit = "rad", range = -1e4..=1e4)]
     pub start_angle: T,
     /// Standard deviation by which the instant of each tick wanders about its place, in whole steps of the virtual machine.
@@ -65,7 +65,7 @@ pub struct Plant<T> {
 /// Two linings pressed against a disc on the screw. Released linings leave the disc: the inertia stays.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Wheel<T> {
-    /// How far the linings are pressed on: factor of the wheel's whole friction; 0 is exactly no torque.
+    /// Preload of the linings: factor of the wheel's whole friction; 0 is exactly no torque.
     #[field(symbol = "p", unit = "1", range = 0.0..=1.0, default = 1.0)]
     pub preload: T,
     /// Friction at preload 1.
@@ -83,7 +83,7 @@ pub struct LoadMotor<T> {
     pub ripple: MotorRipple<T>,
 }
 
-/// Everything that the virtual machine remembers.
+/// State of the virtual machine.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct PlantState<T> {
     /// Masses, currents, bristles.
@@ -94,7 +94,7 @@ pub struct PlantState<T> {
     pub encoder: EncoderState<T>,
 }
 
-/// What acts on the virtual machine over a tick.
+/// Inputs of the virtual machine over a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct PlantInput<T> {
     /// Output of the servo's D/A converter.
@@ -150,7 +150,7 @@ impl<T: Scalar> Block<T> for VirtualMachine<T> {
 }
 
 impl<T: Scalar> VirtualMachine<T> {
-    /// So many steps of `dt` [s], at least one, with the inputs held: a tick that is longer or shorter than the others.
+    /// A number of steps of `dt` [s], at least one, with the inputs held: a tick that is longer or shorter than the others.
     #[inline(always)]
     pub fn take(&self, steps: usize, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
         let Machine { plant, pickups, .. } = &self.parts;

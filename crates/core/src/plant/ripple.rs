@@ -7,11 +7,11 @@ use crate::Fields;
 use crate::drive::Winding;
 use crate::scalar::Scalar;
 
-/// How smooth the load motor is.
+/// Torque ripple of the load motor.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum MotorRipple<T> {
-    /// Perfectly.
+    /// No ripple.
     Smooth,
     /// With torque ripple and cogging.
     Rippled(RippledMotor<T>),

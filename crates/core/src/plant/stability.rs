@@ -1,4 +1,4 @@
-//! How large a step the virtual machine may take.
+//! Largest stable step of the virtual machine.
 //!
 //! The step is exact in all that is linear and exponential in what slides, but explicit in a stuck bristle and in the
 //! viscous friction. For a mass J on an elastic bristle, with a = σ₀·h²/J and b = (σ₁ + b_viscous)·h/J, Jury's
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_is_no_number_is_refused() {
+    fn a_non_finite_step_is_refused() {
         assert!(Plant::default().check_step(f64::NAN).is_err());
     }
 }

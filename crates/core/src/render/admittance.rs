@@ -23,15 +23,15 @@ use crate::scalar::{Mask, Scalar};
 pub struct Admittance<T> {
     /// The drive with its own friction, and what corrects it.
     pub observer: DriveObserver<T>,
-    /// What the axis shall feel like.
+    /// Desired friction.
     pub desired: Friction<T>,
     /// Bandwidth with which the virtual load is followed, critically damped.
     #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 150.0)]
     pub bandwidth: T,
-    /// Steps of the model from the next tick to the begin and to the end of what is averaged.
+    /// Steps of the model from the next tick to the start and to the end of the averaged interval.
     #[field(fixed)]
     pub ahead: (usize, usize),
-    /// Largest torque asked of the load motor.
+    /// Largest torque of the load motor.
     #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
     pub torque_limit: T,
 }

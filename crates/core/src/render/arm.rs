@@ -11,7 +11,7 @@ use crate::control::VelocityObserverOutput;
 use crate::drive::ElasticArm;
 use crate::scalar::{Mask, Scalar};
 
-/// What the load motor renders besides friction.
+/// Rendered arm.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum RenderedArm<T> {
@@ -31,7 +31,7 @@ pub struct ArmRendering<T> {
     /// Whether the measured acceleration drives the mode, instead of the observed motion.
     #[field(unit = "1", flag)]
     pub by_acceleration: T,
-    /// Share of the acceleration's change that the rigid part takes over in a sample; 1: all.
+    /// Share of the acceleration's change that the rigid part follows in a sample; 1: all.
     #[field(symbol = "γ", unit = "1", range = 1e-4..=1.0, default = 1.0)]
     pub low_pass: T,
     /// Flow of twist and rate over a sample, row by row.
@@ -42,7 +42,7 @@ pub struct ArmRendering<T> {
     pub torque_limit: T,
 }
 
-/// What the rendered arm does.
+/// State of the rendered arm.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct ArmState<T> {
     /// Twist of the mode, φ_a − φ.
@@ -60,15 +60,15 @@ pub struct ArmState<T> {
     /// Acceleration of the screw a sample ago.
     #[field(symbol = "Ω̇", unit = "rad/s^2")]
     pub acceleration: T,
-    /// Acceleration of the screw that the rigid part feels.
+    /// Acceleration of the screw at the rigid part.
     #[field(symbol = "Ω̇_r", unit = "rad/s^2")]
     pub felt_acceleration: T,
-    /// Whether there is an arm; it begins at rest relative to the carriage.
+    /// Whether there is an arm; it starts at rest relative to the carriage.
     #[field(unit = "1", flag)]
     pub started: T,
 }
 
-/// What a rendered arm asks for.
+/// Outputs of a rendered arm.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct ArmOutput<T> {
     /// Torque for the load motor, against positive motion.

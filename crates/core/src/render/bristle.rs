@@ -21,12 +21,12 @@ use crate::scalar::Scalar;
 pub struct BristleDifference<T> {
     /// The drive with its own friction, and what corrects it.
     pub observer: DriveObserver<T>,
-    /// What the axis shall feel like.
+    /// Desired friction.
     pub desired: Friction<T>,
-    /// Steps of the model from the next tick to the begin and to the end of what is averaged.
+    /// Steps of the model from the next tick to the start and to the end of the averaged interval.
     #[field(fixed)]
     pub ahead: (usize, usize),
-    /// Largest torque asked of the load motor.
+    /// Largest torque of the load motor.
     #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
     pub torque_limit: T,
 }
@@ -41,7 +41,7 @@ pub(super) fn slide<T: Scalar>(friction: &Friction<T>, memory: &mut Memory<T>, v
 }
 
 impl<T: Scalar> LawInput<T> {
-    /// What the observer reads.
+    /// Inputs of the observer.
     #[inline(always)]
     pub(super) fn seen(&self, state: &LawState<T>) -> DriveObserverInput<T> {
         DriveObserverInput {

@@ -1,4 +1,4 @@
-//! What is added to a rendering law after the friction under it has been measured.
+//! Correction of a rendering law after a measurement of its friction.
 
 use crate::Fields;
 use crate::block::Block;
@@ -8,7 +8,7 @@ use crate::scalar::{Mask, Scalar};
 /// Points of the table.
 pub const POINTS: usize = 24;
 
-/// A torque added to that of the rendering law in force.
+/// Torque added to that of the active rendering law.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "correction")]
 pub enum Correction<T> {
@@ -81,15 +81,15 @@ impl CorrectionTable<f64> {
     }
 }
 
-/// What a correction reads.
+/// Inputs of a correction.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CorrectionInput<T> {
-    /// Velocity of the screw, as the law takes it.
+    /// Velocity of the screw, as used by the law.
     #[field(symbol = "Ω_est", unit = "rad/s")]
     pub velocity: T,
 }
 
-/// What a correction gives.
+/// Outputs of a correction.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CorrectionOutput<T> {
     /// Torque for the load motor, against positive motion.

@@ -16,15 +16,15 @@ use crate::scalar::{Mask, Scalar};
 /// interval only the machine's own friction acts, and at its limits the torque steps.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DifferenceTorque<T> {
-    /// What the axis shall feel like.
+    /// Desired friction.
     pub desired: Stribeck<T>,
-    /// What it has, friction wheel included, as measured.
+    /// Own friction, friction wheel included, as measured.
     pub own: Stribeck<T>,
     /// Half width of the fade-out interval around standstill. 2.5 to 3 times the standard deviation of the estimated
     /// velocity: narrower, noise turns the sign; wider, less of the characteristic is rendered.
     #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
     pub fade_velocity: T,
-    /// Largest torque asked of the load motor.
+    /// Largest torque of the load motor.
     #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
     pub torque_limit: T,
 }

@@ -18,17 +18,17 @@ use crate::scalar::{Mask, Scalar};
 /// K_h·Ω_est holds the load where it is. No presliding.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Karnopp<T> {
-    /// What the axis shall feel like.
+    /// Desired friction.
     pub desired: Stribeck<T>,
-    /// What it has, friction wheel included, as measured.
+    /// Own friction, friction wheel included, as measured.
     pub own: Stribeck<T>,
-    /// Half width of the band in which the load counts as standing.
+    /// Half width of the velocity band that counts as standstill.
     #[field(symbol = "Ω_b", unit = "rad/s", range = 1e-4..=10.0, default = 0.1)]
     pub band: T,
     /// Torque per velocity that holds the load within the band.
     #[field(symbol = "K_h", unit = "N m s/rad", range = 0.0..=100.0, default = 0.5)]
     pub holding_gain: T,
-    /// Largest torque asked of the load motor.
+    /// Largest torque of the load motor.
     #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
     pub torque_limit: T,
 }

@@ -31,7 +31,7 @@ use crate::estimate::DriveObserverState;
 use crate::friction::Memory;
 use crate::scalar::{Mask, Scalar};
 
-/// The rendering law in force.
+/// The active rendering law.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "law")]
 pub enum Law<T> {
@@ -49,7 +49,7 @@ pub enum Law<T> {
     Admittance(Admittance<T>),
 }
 
-/// What a rendering law reads.
+/// Inputs of a rendering law.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LawInput<T> {
     /// Estimated velocity of the screw, by encoder and accelerometer alone.
@@ -67,18 +67,18 @@ pub struct LawInput<T> {
     /// Measured current of the load motor.
     #[field(symbol = "i", unit = "A")]
     pub current: T,
-    /// Torque that the drive motor is asked for from the next tick on.
+    /// Torque reference of the drive motor from the next tick on.
     #[field(symbol = "M_M", unit = "N m")]
     pub motor_torque: T,
 }
 
-/// What a rendering law gives.
+/// Outputs of a rendering law.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LawOutput<T> {
     /// Torque for the load motor, against positive motion.
     #[field(symbol = "M_diff", unit = "N m")]
     pub torque: T,
-    /// Velocity of the screw as the law takes it, for the back-EMF.
+    /// Velocity of the screw as used by the law, for the back-EMF.
     #[field(symbol = "Ω_est", unit = "rad/s")]
     pub velocity: T,
     /// Current of the load motor to be expected when the torque acts.
@@ -86,35 +86,35 @@ pub struct LawOutput<T> {
     pub current: T,
 }
 
-/// What rendering remembers; each law uses what it needs, so that laws may be swapped while running.
+/// State of rendering; each law uses its part, so that laws may be swapped while running.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LawState<T> {
     /// The observer of the drive.
     pub observer: DriveObserverState<T>,
-    /// What the contact with the desired friction remembers.
+    /// State of the contact with the desired friction.
     pub desired_memory: Memory<T>,
     /// Velocity of the virtual load.
     #[field(symbol = "Ω_v", unit = "rad/s")]
     pub virtual_velocity: T,
-    /// How far the virtual load is ahead.
+    /// Lead of the virtual load.
     #[field(symbol = "φ_v − φ", unit = "rad")]
     pub virtual_lead: T,
     /// Friction torque held against the virtual load.
     #[field(symbol = "M_v", unit = "N m")]
     pub virtual_resistance: T,
-    /// Torque that the drive motor was asked for, in force until the next tick.
+    /// Torque reference of the drive motor, active until the next tick.
     #[field(symbol = "M_M", unit = "N m")]
     pub motor_torque: T,
-    /// Voltage that the load motor was given, in force until the next tick.
+    /// Voltage of the load motor, active until the next tick.
     #[field(symbol = "u", unit = "V")]
     pub voltage: T,
     /// Difference torque of the last tick.
     #[field(symbol = "M_diff", unit = "N m")]
     pub torque: T,
-    /// What is left of the step between the law before and this one.
+    /// Remaining step between the previous law and this one.
     #[field(symbol = "M_diff", unit = "N m")]
     pub bump: T,
-    /// Whether a law has just come into force.
+    /// Whether a law has just become active.
     #[field(unit = "1", flag)]
     pub swapped: T,
 }

@@ -15,14 +15,14 @@ use crate::scalar::{Mask, Scalar};
 /// Leaves no step, but renders less than the characteristic below a few Ω_s, and nothing at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct SmoothDifference<T> {
-    /// What the axis shall feel like.
+    /// Desired friction.
     pub desired: Stribeck<T>,
-    /// What it has, friction wheel included, as measured.
+    /// Own friction, friction wheel included, as measured.
     pub own: Stribeck<T>,
     /// Velocity at which 71 % of the difference is rendered.
     #[field(symbol = "Ω_s", unit = "rad/s", range = 1e-4..=10.0, default = 0.1)]
     pub smoothing_velocity: T,
-    /// Largest torque asked of the load motor.
+    /// Largest torque of the load motor.
     #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
     pub torque_limit: T,
 }

@@ -64,7 +64,7 @@ fn laws() -> [(&'static str, Law<f64>); 5] {
     ]
 }
 
-/// A drive at a held speed, exactly as the laws believe it.
+/// A drive at a held speed, exactly as in the model of the laws.
 #[derive(Default)]
 struct Rig {
     drive: DriveState<f64>,
@@ -141,7 +141,7 @@ fn a_law_begins_with_the_torque_of_the_one_before_and_lets_go_of_it() {
 }
 
 #[test]
-fn what_is_no_number_reaches_neither_the_motor_nor_the_state() {
+fn a_non_finite_number_reaches_neither_the_motor_nor_the_state() {
     for (name, law) in laws() {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for place in 0..5 {
@@ -168,7 +168,7 @@ fn what_is_no_number_reaches_neither_the_motor_nor_the_state() {
 }
 
 #[test]
-fn an_observer_that_diverges_begins_anew_before_it_leaves_the_numbers() {
+fn a_diverging_observer_restarts_before_it_overflows() {
     let stable = observer();
     let gains = stable.gains.map(&mut |gain: f64| -30.0 * gain);
     let unstable = DriveObserver { gains, fast_gains: gains, ..stable };
@@ -183,7 +183,7 @@ fn an_observer_that_diverges_begins_anew_before_it_leaves_the_numbers() {
             number
         });
     }
-    assert!(begun > 2, "it began anew {begun} times");
+    assert!(begun > 2, "it restarted {begun} times");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::Scalar;
 pub struct Dual<const N: usize> {
     /// The value.
     pub value: f64,
-    /// ∂value/∂variable, one a variable.
+    /// ∂value/∂variable, one for each variable.
     pub gradient: [f64; N],
 }
 
@@ -22,7 +22,7 @@ impl<const N: usize> Default for Dual<N> {
 }
 
 impl<const N: usize> Dual<N> {
-    /// The variable number `index` at `value`. Panics if there are not so many variables.
+    /// The variable number `index` at `value`. Panics if there are fewer variables.
     pub fn variable(value: f64, index: usize) -> Self {
         let mut gradient = [0.0; N];
         gradient[index] = 1.0;

@@ -26,7 +26,7 @@ pub fn exp<T: Scalar>(x: T) -> T {
     let small = r4 * r2 * ((p2 + r2 * p3) + r4 * p4);
     let large = T::of(1.0) + (r + r2 * (p0 + r2 * p1));
     let value = large + small;
-    // Twice the value times half the power: 2¹⁰²⁴ is no number, and half of 2⁻¹⁰²² comes out as 0.
+    // Twice the value times half the power: 2¹⁰²⁴ overflows, and half of 2⁻¹⁰²² comes out as 0.
     (value + value) * (k - T::of(1.0)).power_of_two()
 }
 

@@ -23,7 +23,7 @@ impl<F: Copy + Default, const N: usize> Default for Lanes<F, N> {
     }
 }
 
-/// One truth value a lane.
+/// One truth value for each lane.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneMask<const N: usize>(
     /// The truth values.
@@ -31,7 +31,7 @@ pub struct LaneMask<const N: usize>(
 );
 
 /// Lane by lane. The loop tests at its end: a step is thousands of these loops within another, and one that tests at
-/// its begin costs the compiler twice the time. A macro, since a closure would stay a call.
+/// its start costs the compiler twice the time. A macro, since a closure would stay a call.
 macro_rules! fill {
     ($start:expr, |$i:ident| $value:expr) => {{
         const { assert!(N > 0, "lanes without a lane") };

@@ -38,7 +38,7 @@ pub trait Scalar:
     + MulAssign
     + 'static
 {
-    /// What a comparison gives.
+    /// Result of a comparison.
     type Mask: Mask<Self>;
 
     /// Whether a function call costs little against what is computed in it: true for plain floats.
@@ -138,10 +138,10 @@ pub trait Scalar:
         self.gt(zero).select(Self::of(1.0), self.lt(zero).select(Self::of(-1.0), zero))
     }
 
-    /// This number at the begin of what belongs to one choice of the configuration.
+    /// This number at the start of the code of one choice of the configuration.
     ///
     /// A compiler that sees all choices at once computes them all and selects. For plain floats it does not see where
-    /// the result comes from, so that only the choice in force is computed; all others pass the number on.
+    /// the result comes from, so that only the active choice is computed; all others pass the number on.
     #[inline(always)]
     fn barrier(self) -> Self {
         self

@@ -25,7 +25,7 @@ pub struct Tacho<T> {
     /// Noise at the converter, RMS.
     #[field(symbol = "σ_u", unit = "V", range = 0.0..=1.0, default = 3e-3)]
     pub noise: T,
-    /// What is wrong with it.
+    /// Fault.
     pub fault: Fault<T>,
 }
 
@@ -53,7 +53,7 @@ pub struct Accelerometer<T> {
     /// Largest acceleration.
     #[field(symbol = "a_max", unit = "m/s^2", range = 1.0..=5000.0, default = 49.0)]
     pub range: T,
-    /// What is wrong with it.
+    /// Fault.
     pub fault: Fault<T>,
 }
 
@@ -72,7 +72,7 @@ pub struct CurrentSensor<T> {
     /// Largest current.
     #[field(symbol = "i_max", unit = "A", range = 0.1..=1000.0, default = 20.0)]
     pub range: T,
-    /// What is wrong with it.
+    /// Fault.
     pub fault: Fault<T>,
 }
 
@@ -82,15 +82,15 @@ pub struct CurrentSensor<T> {
 pub enum Fault<T> {
     /// None.
     Nothing,
-    /// The wire is off: 0 V.
+    /// Broken wire: 0 V.
     Dead,
-    /// The voltage stands at a value.
+    /// Constant voltage.
     Stuck(Stuck<T>),
-    /// The driver delivers numbers that are none.
+    /// The driver delivers NaN.
     NotANumber,
 }
 
-/// Where [`Fault::Stuck`] stands.
+/// Voltage of [`Fault::Stuck`].
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Stuck<T> {
     /// The voltage.
@@ -99,7 +99,7 @@ pub struct Stuck<T> {
 }
 
 impl<T: Scalar> Fault<T> {
-    /// The voltage that arrives.
+    /// Voltage with the fault.
     #[inline(always)]
     pub fn apply(&self, voltage: T) -> T {
         match self {
@@ -158,7 +158,7 @@ pub struct Pickups<T> {
     pub tacho: Tacho<T>,
     /// The accelerometer.
     pub accelerometer: Accelerometer<T>,
-    /// Share of the way to its input that the tacho's low-pass goes in a step.
+    /// Step of the tacho's low-pass, as a share of the distance to its input.
     #[field(unit = "1")]
     pub tacho_share: T,
     /// Exact step of the accelerometer: rows value and rate, columns value, rate and input held.
@@ -166,13 +166,13 @@ pub struct Pickups<T> {
     pub accelerometer_flow: [[T; 3]; 2],
 }
 
-/// What the pickups remember.
+/// State of the pickups.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct PickupsState<T> {
     /// Low-passed voltage of the tacho.
     #[field(unit = "V")]
     pub tacho: T,
-    /// Acceleration as the sensor shows it.
+    /// Acceleration at the output of the sensor.
     #[field(unit = "m/s^2")]
     pub acceleration: T,
     /// Its rate.
@@ -183,7 +183,7 @@ pub struct PickupsState<T> {
     pub drift: T,
 }
 
-/// What the pickups see in a step.
+/// Inputs of the pickups in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct PickupsInput<T> {
     /// Speed of the motor.

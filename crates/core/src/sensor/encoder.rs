@@ -13,13 +13,13 @@ pub struct Encoder<T> {
     /// Counts per revolution, four times the lines.
     #[field(symbol = "N", unit = "counts", range = 40.0..=4e6, default = 10_000.0, whole)]
     pub counts_per_revolution: T,
-    /// Numbers that the counter has before it wraps to 0.
+    /// Range of the counter: it wraps to 0 after this number of counts.
     #[field(symbol = "N_c", unit = "counts", range = 256.0..=4_294_967_296.0, default = 65_536.0, whole)]
     pub counter_range: T,
     /// Angle of the screw at the index pulse.
     #[field(symbol = "φ_i", unit = "rad", range = -7.0..=7.0, default = 2.0)]
     pub index_angle: T,
-    /// What is wrong with it.
+    /// Fault.
     pub fault: EncoderFault<T>,
 }
 
@@ -29,23 +29,23 @@ pub struct Encoder<T> {
 pub enum EncoderFault<T> {
     /// None.
     Nothing,
-    /// The index pulse does not come.
+    /// Missing index pulse.
     NoIndex,
-    /// The counter stands still.
+    /// Constant counter.
     Frozen,
     /// Lines are lost: the counter runs slow by a share.
     LostLines(LostLines<T>),
 }
 
-/// How many lines are lost.
+/// Share of lost lines.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LostLines<T> {
-    /// Share of the counts that is lost.
+    /// Lost share of the counts.
     #[field(symbol = "p", unit = "1", range = 0.0..=1.0, default = 0.01)]
     pub share: T,
 }
 
-/// What the encoder remembers.
+/// State of the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct EncoderState<T> {
     /// Revolution, counted from the index, at the last reading.

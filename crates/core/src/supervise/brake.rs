@@ -1,4 +1,4 @@
-//! The brake that brings the screw to rest where nobody else is trusted.
+//! The brake that stops the screw without controller, observer or law.
 //!
 //! No position, no observer, no controller under test: one velocity and one torque.
 //!
@@ -11,7 +11,7 @@
 
 use crate::Fields;
 
-/// Share by which the brake gives more than its deceleration takes: what lag and the linear end cost in way.
+/// Additional share of the brake's torque: it compensates the distance lost by lag and linear end.
 const AUTHORITY: f64 = 1.25;
 
 /// How fast a push is made up for [1/s], as by the controller that holds a speed in a friction measurement.
@@ -19,13 +19,13 @@ const INTEGRAL_RATE: f64 = 20.0;
 
 /// Time in which it is let go of at standstill [s]: a push that lasts makes the screw creep, and is taken up again.
 const RELEASE_TIME: f64 = 0.5;
-/// Share of the drive's torque that is no push any more.
+/// Share of the drive's torque above which a push counts as a failure.
 const RELEASED: f64 = 0.05;
 
-/// What a brake needs to know of the drive.
+/// Parameters of the brake.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Brake<T> {
-    /// All that turns.
+    /// Total inertia.
     #[field(symbol = "J", unit = "kg m^2", range = 1e-9..=1e3, default = 1.01e-3)]
     pub inertia: T,
     /// Torque per velocity of the tacho.
@@ -40,7 +40,7 @@ pub struct Brake<T> {
 }
 
 impl Brake<f64> {
-    /// What of this deceleration [rad/s²] the drive can give.
+    /// Available part of this deceleration [rad/s²].
     pub fn deceleration(&self, wanted: f64) -> f64 {
         wanted.min(self.torque_limit / (AUTHORITY * self.inertia))
     }

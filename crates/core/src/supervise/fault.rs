@@ -1,10 +1,10 @@
-//! What stops the bench.
+//! Faults that stop the bench.
 
 use core::fmt;
 
 use super::HomingFault;
 
-/// What stopped the bench, with what was measured and what was allowed.
+/// A fault that stopped the bench, with the measured value and its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// The screw does not follow its set-point.
@@ -21,68 +21,68 @@ pub enum Fault {
         /// Highest allowed [rad/s].
         limit: f64,
     },
-    /// The carriage leaves its stroke, or has more energy than what is left of it can brake.
+    /// The carriage leaves its stroke, or has too much energy to stop before its end.
     EndOfStroke {
-        /// Angle from the screw's zero at which it would stand [rad].
+        /// Angle from the screw's zero at which it would stop [rad].
         angle: f64,
-        /// The end that it would pass [rad].
+        /// End of the stroke [rad].
         limit: f64,
     },
-    /// A sensor gives no number.
+    /// A measurement is not finite.
     NotANumber {
         /// Which measurement.
         measurement: &'static str,
     },
-    /// The software computed no number.
+    /// An output of the software is not finite.
     Computed {
-        /// Whose output it is.
+        /// The block with this output.
         block: &'static str,
     },
-    /// The encoder stands while current or tacho say that the screw moves.
+    /// The encoder is constant while current or tacho indicate motion.
     EncoderFrozen {
         /// Current of the drive [A].
         current: f64,
         /// Velocity of the tacho [rad/s].
         velocity: f64,
-        /// How long it has stood [s].
+        /// Time for which it has been constant [s].
         time: f64,
     },
     /// The encoder's angle jumped.
     EncoderJumped {
-        /// Speed that the jump would take [rad/s].
+        /// Speed equivalent to the jump [rad/s].
         speed: f64,
         /// Highest allowed [rad/s].
         limit: f64,
     },
-    /// Tacho and encoder say different velocities.
+    /// Velocities of tacho and encoder differ.
     SensorsApart {
-        /// By the tacho [rad/s].
+        /// Velocity of the tacho [rad/s].
         tacho: f64,
-        /// By the encoder [rad/s].
+        /// Velocity of the encoder [rad/s].
         encoder: f64,
     },
     /// Index pulses are not whole revolutions apart.
     CountsLost {
-        /// From the nearest whole revolution [rad].
+        /// Deviation from the nearest whole revolution [rad].
         deviation: f64,
         /// Largest allowed [rad].
         limit: f64,
     },
     /// The screw turned by more than a revolution without an index pulse.
     IndexMissing {
-        /// From the last one [rad].
+        /// Distance from the last index pulse [rad].
         travel: f64,
     },
-    /// The accelerometer does not say what the tacho's change says.
+    /// Accelerations of accelerometer and tacho differ.
     Accelerometer {
-        /// How far apart they are [rad/s²].
+        /// Difference [rad/s²].
         difference: f64,
         /// Largest allowed [rad/s²].
         limit: f64,
     },
-    /// The load motor's current is not what is asked for.
+    /// The load motor's current differs from its reference.
     LoadCurrent {
-        /// How far apart they are [A].
+        /// Difference [A].
         difference: f64,
         /// Largest allowed [A].
         limit: f64,
@@ -105,42 +105,42 @@ pub enum Fault {
         /// Highest allowed [A].
         limit: f64,
     },
-    /// The software came too late.
+    /// The software missed ticks.
     TicksMissed {
-        /// In a row.
+        /// Missed ticks in a row.
         missed: u64,
     },
     /// The operator's stop did not bring the screw to rest.
     NotStopped {
-        /// How fast it still is [rad/s].
+        /// Remaining velocity [rad/s].
         velocity: f64,
     },
-    /// The zero was not found.
+    /// Homing failed.
     Homing(HomingFault),
-    /// The machine behind a link is not there any more.
+    /// The machine behind a link failed.
     Machine(MachineFault),
-    /// What was brought along for a part of the bench gives no torque any more.
+    /// An external part of the bench gives no torque any more.
     External(Role, ExternalFault),
 }
 
-/// The part that somebody's own file plays in the loop of the bench.
+/// Role of an external file in the loop of the bench.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Role {
     /// The position controller: its torque is the drive's.
     #[default]
     Controller,
-    /// The friction that is rendered: its torque is the load motor's, beside a rendering law that makes the load as
-    /// frictionless as it can.
+    /// The rendered friction: its torque is the load motor's, added to that of a rendering law that compensates the
+    /// own friction.
     Friction,
     /// The rendering law: its torque is all of the load motor's.
     Law,
 }
 
 impl Role {
-    /// All of them.
+    /// All roles.
     pub const ALL: [Role; 3] = [Role::Controller, Role::Friction, Role::Law];
 
-    /// As people and records call it.
+    /// Name in messages and records.
     pub fn name(self) -> &'static str {
         match self {
             Role::Controller => "controller",
@@ -149,7 +149,7 @@ impl Role {
         }
     }
 
-    /// The one that is called so.
+    /// The role of this name.
     pub fn find(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|role| role.name() == name)
     }
@@ -161,7 +161,7 @@ impl fmt::Display for Role {
     }
 }
 
-/// What is wrong with something that was brought along.
+/// Fault of an external file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ExternalFault {
     /// Its process was ended by a signal.
@@ -169,46 +169,46 @@ pub enum ExternalFault {
         /// Number of the signal.
         signal: i32,
     },
-    /// Its process ended by itself.
+    /// Its process exited.
     Ended {
         /// Exit code.
         code: i32,
     },
     /// It does not answer.
     Silent {
-        /// How long [s].
+        /// Waiting time [s].
         time: f64,
     },
-    /// By the clock: its torque was missing for more ticks than may be missed. Why, may be known later.
+    /// In real time: its torque was missing for more ticks than allowed. The cause may be reported later.
     Late {
-        /// How long after its sample began it was not there [s].
+        /// Time since the start of its sample [s].
         time: f64,
     },
-    /// Its torque is no finite number.
+    /// Its torque is not finite.
     NotANumber,
-    /// It says that it failed.
+    /// It reported a failure.
     Failed {
-        /// What its function returned.
+        /// Return value of its function.
         code: i32,
     },
-    /// It changed how floating-point numbers are rounded, or whether small ones are kept.
+    /// It changed the rounding mode of floating-point numbers, or flushes subnormal ones to 0.
     FloatingPoint,
 }
 
-/// What is wrong with a machine behind a link. No sensor is left to brake by.
+/// Fault of a machine behind a link, without any sensor for braking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MachineFault {
-    /// Its readings do not come.
+    /// Its readings are missing.
     Silent {
         /// Ticks in a row.
         ticks: u64,
     },
-    /// It does not know this bench any more.
+    /// It has no connection to this bench any more.
     Restarted,
 }
 
 impl Fault {
-    /// Whether it puts the encoder in doubt, and with it the screw's zero.
+    /// Whether the encoder, and with it the screw's zero, is no longer reliable.
     pub fn doubts_zero(&self) -> bool {
         use Fault::{
             CountsLost, EncoderFrozen, EncoderJumped, Homing, IndexMissing, Machine, NotANumber, SensorsApart,
@@ -228,8 +228,8 @@ impl Fault {
         )
     }
 
-    /// Whether it puts the load motor's current in doubt: then its amplifier gets no voltage, and brakes by its short
-    /// circuit.
+    /// Whether the load motor's current is no longer reliable: then its amplifier gets no voltage, and brakes as a
+    /// short circuit.
     pub fn doubts_load(&self) -> bool {
         matches!(self, Fault::LoadCurrent { .. } | Fault::NotANumber { .. } | Fault::Computed { .. })
             || matches!(self, Fault::Overcurrent { motor: "load", .. } | Fault::Overheated { motor: "load", .. })
@@ -244,70 +244,78 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
-    /// The cause, with what was measured; the whole message of a fault without [`remedy`](Self::remedy).
+    /// The cause, with the measured values; the whole message of a fault without [`remedy`](Self::remedy).
     fn write_cause(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Fault::FollowingError { error, limit } => {
-                write!(f, "the screw is {error:.3} rad from its set-point, allowed are {limit:.3} rad.")
+                write!(f, "following error of {error:.3} rad, at most {limit:.3} rad allowed.")
             }
             Fault::Overspeed { speed, limit } => {
-                write!(f, "the screw turns at {speed:.1} rad/s, allowed are {limit:.1} rad/s.")
+                write!(f, "screw speed of {speed:.1} rad/s, at most {limit:.1} rad/s allowed.")
             }
             Fault::EndOfStroke { angle, limit } => {
-                write!(f, "the screw would stop at {angle:.2} rad, its stroke ends at {limit:.2} rad.")
+                write!(f, "the screw would stop at {angle:.2} rad, but its stroke ends at {limit:.2} rad.")
             }
-            Fault::NotANumber { measurement } => write!(f, "the measured {measurement} is no number."),
-            Fault::Computed { block } => write!(f, "the {block} gives no number."),
+            Fault::NotANumber { measurement } => write!(f, "the measured {measurement} is not finite."),
+            Fault::Computed { block } => write!(f, "the output of the {block} is not finite."),
             Fault::EncoderFrozen { current, velocity, time } => write!(
                 f,
-                "the encoder has stood for {time:.3} s at {current:.2} A and {velocity:.1} rad/s of the tacho."
+                "the encoder has been constant for {time:.3} s at {current:.2} A and {velocity:.1} rad/s of the tacho."
             ),
             Fault::EncoderJumped { speed, limit } => {
-                write!(f, "the encoder's angle jumped as if at {speed:.0} rad/s, allowed are {limit:.1} rad/s.")
+                write!(f, "the encoder's angle jumped, as at {speed:.0} rad/s; at most {limit:.1} rad/s allowed.")
             }
             Fault::SensorsApart { tacho, encoder } => {
-                write!(f, "the tacho says {tacho:.1} rad/s, the encoder {encoder:.1} rad/s.")
+                write!(f, "the tacho measures {tacho:.1} rad/s, the encoder {encoder:.1} rad/s.")
             }
             Fault::CountsLost { deviation, limit } => {
-                write!(f, "an index pulse lies {deviation:.4} rad off a whole revolution, allowed are {limit:.4} rad.")
+                write!(
+                    f,
+                    "an index pulse is {deviation:.4} rad off a whole revolution, at most {limit:.4} rad allowed."
+                )
             }
             Fault::IndexMissing { travel } => {
-                write!(f, "the screw turned by {travel:.2} rad without an index pulse, it comes every revolution.")
+                write!(
+                    f,
+                    "the screw turned by {travel:.2} rad without an index pulse; one is expected every revolution."
+                )
             }
             Fault::Accelerometer { difference, limit } => {
-                write!(f, "accelerometer and tacho are {difference:.0} rad/s² apart, allowed are {limit:.0} rad/s².")
+                write!(
+                    f,
+                    "accelerometer and tacho differ by {difference:.0} rad/s², at most {limit:.0} rad/s² allowed."
+                )
             }
             Fault::LoadCurrent { difference, limit } => write!(
                 f,
-                "the load motor's current is {difference:.2} A from what is asked for, allowed are {limit:.2} A."
+                "the load motor's current differs from its reference by {difference:.2} A, at most {limit:.2} A allowed."
             ),
             Fault::Overcurrent { motor, current, limit } => {
-                write!(f, "the {motor} motor has {current:.2} A, allowed are {limit:.2} A.")
+                write!(f, "the {motor} motor has {current:.2} A, at most {limit:.2} A allowed.")
             }
             Fault::Overheated { motor, current, limit } => {
-                write!(f, "the {motor} motor has had {current:.2} A for too long, it bears {limit:.2} A.")
+                write!(f, "the {motor} motor had {current:.2} A for too long, its continuous current is {limit:.2} A.")
             }
             Fault::TicksMissed { missed } => write!(f, "the software missed {missed} ticks in a row."),
             Fault::NotStopped { velocity } => {
-                write!(f, "the screw still turns at {velocity:.1} rad/s though it was braked.")
+                write!(f, "the screw still turns at {velocity:.1} rad/s after braking.")
             }
             Fault::Homing(fault) => fmt::Display::fmt(fault, f),
-            Fault::External(role, fault) => fault.tell(*role, f),
-            Fault::Machine(fault) => fault.tell(f),
+            Fault::External(role, fault) => fault.describe(*role, f),
+            Fault::Machine(fault) => fault.describe(f),
         }
     }
 
-    /// What to do, in a sentence or two.
+    /// Remedy, in a sentence or two.
     fn remedy(&self) -> Option<&'static str> {
         Some(match self {
-            Fault::FollowingError { .. } => "Ask for less acceleration, or tune the controller.",
+            Fault::FollowingError { .. } => "Reduce the acceleration, or tune the controller.",
             Fault::Overspeed { .. } => "Check the sign of the drive and the set-point.",
             Fault::EndOfStroke { .. } => {
-                "Shorten the manoeuvre, or go more slowly near the ends; where it is outside, move the carriage back by \
-                 hand."
+                "Shorten the manoeuvre, or move more slowly near the ends. If the carriage is outside, move it back by hand."
             }
             Fault::NotANumber { .. } => "Check the sensor and its scaling.",
-            Fault::Computed { .. } => "Check its parameters and what it is given.",
+            Fault::Computed { .. } => "Check its parameters and inputs.",
             Fault::EncoderFrozen { .. } => "Check the encoder's cable, and whether the axis is blocked.",
             Fault::EncoderJumped { .. } => "Check the counter's range.",
             Fault::SensorsApart { .. } => "Check cables, the tacho's constant and the encoder's lines.",
@@ -317,43 +325,43 @@ impl Fault {
             Fault::IndexMissing { .. } => "Check the encoder's index wire.",
             Fault::Accelerometer { .. } => "Check the accelerometer's supply and its mounting.",
             Fault::LoadCurrent { .. } => "Check the sign of the current sensor, and the amplifier.",
-            Fault::Overcurrent { .. } => "Ask for less torque.",
-            Fault::Overheated { .. } => "Let it cool, and ask for less torque.",
-            Fault::TicksMissed { .. } => "Close other programs, and see what `stickslip doctor` finds.",
-            Fault::NotStopped { .. } => "Check the drive's amplifier; use the machine's emergency stop.",
+            Fault::Overcurrent { .. } => "Reduce the torque.",
+            Fault::Overheated { .. } => "Let it cool, and reduce the torque.",
+            Fault::TicksMissed { .. } => "Close other programs, and run `stickslip doctor`.",
+            Fault::NotStopped { .. } => "Use the machine's emergency stop, and check the drive's amplifier.",
             Fault::Homing(_) | Fault::External(..) | Fault::Machine(_) => return None,
         })
     }
 }
 
 impl MachineFault {
-    fn tell(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn describe(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             MachineFault::Silent { ticks } => write!(
                 f,
-                "the machine has not answered for {ticks} ticks. Check that it runs, and its cable; the bench takes it up \
-                 again by itself. Then acknowledge, and home."
+                "the machine has not answered for {ticks} ticks. Check that it runs, and check its cable. The bench \
+                 reconnects automatically. Then acknowledge, and home."
             ),
             MachineFault::Restarted => write!(
                 f,
-                "the machine does not know this bench any more: it was started anew, or another bench has taken it. The \
-                 bench takes it up again where nobody else has it. Then acknowledge, and home."
+                "the machine has lost its connection to this bench: it was restarted, or another bench is connected. The \
+                 bench reconnects automatically when the machine is free. Then acknowledge, and home."
             ),
         }
     }
 }
 
 impl ExternalFault {
-    fn tell(&self, role: Role, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn describe(&self, role: Role, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             ExternalFault::Crashed { signal } => {
                 let what = match signal {
-                    4 => ", an instruction that there is not",
-                    6 => ", it gave up",
-                    7 => ", memory that is not there",
-                    8 => ", a division of integers by 0",
-                    9 => ", somebody ended it",
-                    11 => ", memory that is not its own",
+                    4 => ", illegal instruction",
+                    6 => ", abort",
+                    7 => ", bus error",
+                    8 => ", division of integers by 0",
+                    9 => ", killed",
+                    11 => ", invalid memory access",
                     _ => "",
                 };
                 write!(
@@ -364,31 +372,29 @@ impl ExternalFault {
             }
             ExternalFault::Ended { code } => write!(
                 f,
-                "the {role}'s process ended by itself (exit code {code}). A library must not call exit; load it \
+                "the {role}'s process exited (exit code {code}). A library must not call exit. Correct it, and load it \
                  again."
             ),
             ExternalFault::Silent { time } => write!(
                 f,
-                "the {role} has not answered for {time:.3} s. Look for a loop without an end, or for a wait in its \
-                 step; load it again."
+                "the {role} has not answered for {time:.3} s. Check its step for an endless loop or a wait, \
+                 and load it again."
             ),
             ExternalFault::Late { time } => write!(
                 f,
-                "the {role}'s torque was not there {:.3} ms after its sample began. Look for what takes so long in its \
-                 step, and for other programs that take the processor.",
+                "the {role}'s torque was missing {:.3} ms after the start of its sample. Reduce the duration of its step, \
+                 and close other programs that use the processor.",
                 1e3 * time
             ),
-            ExternalFault::NotANumber => write!(
-                f,
-                "the {role}'s torque is no finite number. Look for a division by 0 and for a value that is not \
-                 initialised."
-            ),
+            ExternalFault::NotANumber => {
+                write!(f, "the {role}'s torque is not finite. Check for a division by 0 and for uninitialised values.")
+            }
             ExternalFault::Failed { code } => {
-                write!(f, "the {role} says that it failed (code {code}). See what it says of it.")
+                write!(f, "the {role} reported a failure (code {code}). See its messages.")
             }
             ExternalFault::FloatingPoint => write!(
                 f,
-                "the {role} changed how floating-point numbers are rounded, or flushes small ones to 0. Compile it \
+                "the {role} changed the rounding of floating-point numbers, or flushes subnormal ones to 0. Compile it \
                  without -ffast-math, or restore the mode before its step returns."
             ),
         }

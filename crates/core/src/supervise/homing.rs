@@ -1,4 +1,4 @@
-//! Homing: where the screw's angle gets its zero.
+//! Homing: determines the zero of the screw's angle.
 //!
 //! An incremental encoder counts from wherever it was switched on; its index pulse comes once a revolution. Approach,
 //! find the index, back off, approach again slowly, set zero: the slow second pass gives the angle, its agreement with
@@ -15,7 +15,7 @@ use crate::scalar::Scalar;
 /// Revolutions without an index after which the search is given up.
 const SEARCHED_TURNS: f64 = 1.5;
 
-/// How the index is searched.
+/// Plan of homing.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = HomingPlan::law)]
 pub struct HomingPlan<T> {
@@ -25,13 +25,13 @@ pub struct HomingPlan<T> {
     /// Speed of the slow pass.
     #[field(symbol = "Ω_slow", unit = "rad/s", range = 1e-3..=50.0, default = 1.0)]
     pub creep_speed: T,
-    /// How fast the velocity of the set-point changes.
+    /// Acceleration of the set-point.
     #[field(symbol = "α", unit = "rad/s^2", range = 1e-2..=1e5, default = 100.0)]
     pub acceleration: T,
-    /// How far behind the index the screw turns round for the slow pass.
+    /// Distance behind the index at which the screw reverses for the slow pass.
     #[field(symbol = "φ_b", unit = "rad", range = 1e-3..=4.0, default = 0.3)]
     pub back_off: T,
-    /// How far the index may lie apart in both passes: a few counts.
+    /// Largest difference of the index between both passes: a few counts.
     #[field(symbol = "Δφ", unit = "rad", range = 1e-6..=0.1, default = 0.005)]
     pub repeatability: T,
 }
@@ -45,7 +45,7 @@ impl<T: Scalar> HomingPlan<T> {
     }
 }
 
-/// What homing reads in a cycle.
+/// Inputs of homing in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HomingInput {
     /// Unwrapped screw angle [rad], from where the encoder was switched on.
@@ -54,17 +54,17 @@ pub struct HomingInput {
     pub index: Option<f64>,
 }
 
-/// Why homing failed.
+/// Fault of homing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HomingFault {
     /// No index within a revolution and a half.
     NoIndex {
-        /// How far was searched [rad].
+        /// Searched distance [rad].
         travel: f64,
     },
-    /// The slow pass did not meet the index again.
+    /// The slow pass did not find the index.
     IndexLost {
-        /// Where the fast pass had met it [rad].
+        /// Index of the fast pass [rad].
         expected: f64,
     },
     /// The two passes disagree.
@@ -74,7 +74,7 @@ pub enum HomingFault {
         /// In the slow pass [rad].
         second: f64,
     },
-    /// The encoder gives no number.
+    /// The encoder's angle is not finite.
     NotANumber,
 }
 
@@ -83,35 +83,35 @@ impl fmt::Display for HomingFault {
         match self {
             HomingFault::NoIndex { travel } => write!(
                 f,
-                "no index pulse within {travel:.2} rad, it comes every {TAU:.2} rad. Check the encoder's \
+                "no index pulse within {travel:.2} rad; one is expected every {TAU:.2} rad. Check the encoder's \
                  index wire, and that the screw turns."
             ),
             HomingFault::IndexLost { expected } => write!(
                 f,
-                "the index of the fast pass at {expected:.4} rad did not come again in the slow one. Look \
+                "the index of the fast pass at {expected:.4} rad did not appear in the slow one. Check \
                  for disturbances on the index wire."
             ),
             HomingFault::IndexMoved { first, second } => write!(
                 f,
-                "the index lay at {first:.4} rad in the fast pass and at {second:.4} rad in the slow one. \
+                "the index was at {first:.4} rad in the fast pass and at {second:.4} rad in the slow one. \
                  The counter loses counts, or one pulse was a disturbance."
             ),
-            HomingFault::NotANumber => write!(f, "the encoder's angle is no number. Check its counter."),
+            HomingFault::NotANumber => write!(f, "the encoder's angle is not finite. Check its counter."),
         }
     }
 }
 
-/// How far homing is.
+/// Progress of homing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HomingProgress {
-    /// Under way.
+    /// Searching.
     Moving,
     /// At rest again; the screw's zero is where the index was latched in the slow pass.
     Homed {
         /// Angle of the index [rad].
         index: f64,
     },
-    /// Given up; the set-point comes to rest.
+    /// Failed; the set-point comes to rest.
     Failed(HomingFault),
 }
 
@@ -124,7 +124,7 @@ enum Phase {
     Failed(HomingFault),
 }
 
-/// A search for the index under way.
+/// An active search for the index.
 #[derive(Clone, Copy, Debug)]
 pub struct Homing {
     plan: HomingPlan<f64>,
@@ -134,7 +134,7 @@ pub struct Homing {
 }
 
 impl Homing {
-    /// Begins at rest at this angle [rad].
+    /// Starts at rest at this angle [rad].
     pub fn begin(plan: HomingPlan<f64>, angle: f64) -> Self {
         let setpoint = Setpoint { position: angle, velocity: 0.0, acceleration: 0.0 };
         Homing { plan, phase: Phase::Search, start: angle, setpoint }
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn an_angle_that_is_no_number_is_a_fault() {
+    fn a_non_finite_angle_is_a_fault() {
         for bad in [f64::NAN, f64::INFINITY] {
             let axis = || Axis { angle: 0.0, index: Some(3.0) };
             let angle = home(HomingPlan::default(), axis(), |cycle, input| {

@@ -1,10 +1,10 @@
-//! What is too much.
+//! Limits of supervision.
 
 use crate::Fields;
 use crate::fields::{Relation, at_least};
 use crate::scalar::Scalar;
 
-/// What is too much. The stroke counts from the screw's zero; currents stand for torques, by the motor's constant.
+/// Limits of supervision. The stroke counts from the screw's zero; currents stand for torques, by the motor's constant.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = SafetyLimits::law)]
 pub struct SafetyLimits<T> {
@@ -20,31 +20,31 @@ pub struct SafetyLimits<T> {
     /// Upper end of the stroke.
     #[field(symbol = "φ_max", unit = "rad", range = -1e6..=1e6, default = 157.0)]
     pub upper_end: T,
-    /// Current of the drive that must move the screw: well above what breakaway takes.
+    /// Current of the drive that must move the screw: well above that of breakaway.
     #[field(symbol = "i_f", unit = "A", range = 1e-3..=1e3, default = 8.0)]
     pub moving_current: T,
-    /// Velocity at which the encoder must count, and by which tacho and encoder may be apart at low speed.
+    /// Velocity at which the encoder must count, and allowed difference of tacho and encoder at low speed.
     #[field(symbol = "Ω_f", unit = "rad/s", range = 1e-2..=1e3, default = 5.0)]
     pub moving_velocity: T,
-    /// How long the encoder may stand nevertheless, and tacho and encoder may be apart.
+    /// Time for which the encoder may be constant nevertheless, and tacho and encoder may differ.
     #[field(symbol = "T_f", unit = "s", range = 1e-3..=10.0, default = 0.05)]
     pub frozen_time: T,
-    /// Share of the speed by which tacho and encoder may be apart at high speed.
+    /// Allowed difference of tacho and encoder at high speed, as a share of the speed.
     #[field(symbol = "r_Ω", unit = "1", range = 1e-3..=1.0, default = 0.1)]
     pub velocity_share: T,
-    /// By how much two index pulses may be off whole revolutions: some counts.
+    /// Allowed deviation of two index pulses from whole revolutions: some counts.
     #[field(symbol = "Δφ_i", unit = "rad", range = 1e-6..=1.0, default = 0.02)]
     pub index_deviation: T,
-    /// How far acceleration by the accelerometer and by the tacho may be apart, its slow offset aside.
+    /// Allowed difference of the accelerations of accelerometer and tacho, without the slow offset.
     #[field(symbol = "Δα", unit = "rad/s^2", range = 1.0..=1e6, default = 400.0)]
     pub acceleration_difference: T,
-    /// How long they may be.
+    /// Allowed time of a larger difference.
     #[field(symbol = "T_α", unit = "s", range = 1e-3..=10.0, default = 0.02)]
     pub acceleration_time: T,
-    /// How far the load motor's current may be from what is asked for.
+    /// Allowed difference of the load motor's current to its reference.
     #[field(symbol = "Δi", unit = "A", range = 1e-3..=1e3, default = 1.0)]
     pub current_difference: T,
-    /// How long it may be.
+    /// Allowed time of a larger difference.
     #[field(symbol = "T_i", unit = "s", range = 1e-3..=10.0, default = 0.02)]
     pub current_time: T,
     /// Highest current of the drive motor.
@@ -53,29 +53,29 @@ pub struct SafetyLimits<T> {
     /// Highest current of the load motor.
     #[field(symbol = "i_max,L", unit = "A", range = 1e-2..=1e3, default = 50.0)]
     pub load_current: T,
-    /// Current that the drive motor bears for ever.
+    /// Continuous current of the drive motor.
     #[field(symbol = "i_c,M", unit = "A", range = 1e-2..=1e3, default = 10.0)]
     pub drive_continuous_current: T,
-    /// Current that the load motor bears for ever.
+    /// Continuous current of the load motor.
     #[field(symbol = "i_c,L", unit = "A", range = 1e-2..=1e3, default = 8.0)]
     pub load_continuous_current: T,
     /// Time in which a motor's winding warms up.
     #[field(symbol = "T_th", unit = "s", range = 0.1..=1e5, default = 30.0)]
     pub thermal_time: T,
-    /// Ticks in a row that may be missed: by the software, by the answers of a machine behind a link, or by the torque of a
-    /// file of one's own.
+    /// Ticks in a row that may be missed: by the software, by the answers of a machine behind a link, or by the torque of an
+    /// external file.
     #[field(symbol = "n_m", unit = "1", range = 1.0..=1000.0, default = 8.0, whole)]
     pub missed_ticks: T,
-    /// How long a bench with torque may be without a command before it is stopped. 0: for ever, it holds its position.
+    /// Time for which a bench with torque may be without a command before it is stopped. 0: no limit, it holds its position.
     #[field(symbol = "T_c", unit = "s", range = 0.0..=3600.0)]
     pub command_time: T,
-    /// Deceleration of every stop: of the brake, and of a set-point that nobody leads any more.
+    /// Deceleration of every stop: of the brake, and of a set-point without commands.
     #[field(symbol = "a_stop", unit = "rad/s^2", range = 1.0..=1e6, default = 600.0)]
     pub stop_deceleration: T,
-    /// Speed below which the screw stands: above the tacho's noise.
+    /// Speed below which the screw counts as standing: above the tacho's noise.
     #[field(symbol = "Ω_0", unit = "rad/s", range = 1e-3..=100.0, default = 1.0)]
     pub standstill_velocity: T,
-    /// How long it must stay below.
+    /// Time for which it must stay below.
     #[field(symbol = "T_0", unit = "s", range = 1e-3..=10.0, default = 0.02)]
     pub standstill_time: T,
 }

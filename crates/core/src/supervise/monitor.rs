@@ -1,4 +1,4 @@
-//! Whether the measurements agree with each other and with what is asked for.
+//! Plausibility checks of the measurements against each other and against the commands.
 
 use core::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ const OFFSET_TIME: f64 = 1.0;
 /// Low-pass in which asked and measured current are compared [s].
 const CURRENT_LAG: f64 = 5e-3;
 
-/// What is remembered of the measurements.
+/// State of the checks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Monitor {
     /// Encoder angle of the cycle before [rad], and how long it has stood though the screw seems to move [s].
@@ -22,9 +22,9 @@ pub(super) struct Monitor {
     /// Velocities, both with the same low-pass [rad/s].
     pub(super) encoder: f64,
     pub(super) tacho: f64,
-    /// What the last cycle's counts say, not low-passed [rad/s].
+    /// Velocity of the last cycle's counts, not low-passed [rad/s].
     pub(super) counted: f64,
-    /// Speed at which the encoder has jumped [rad/s]: since then it says nothing.
+    /// Speed of the encoder's jump [rad/s]: since then it is not reliable.
     pub(super) jumped: Option<f64>,
     /// How long tacho and encoder have been apart [s].
     pub(super) sensors_apart: f64,
@@ -47,7 +47,7 @@ pub(super) struct Acceleration {
     pub(super) velocity: f64,
     pub(super) measured: f64,
     pub(super) offset: f64,
-    /// What is left [rad/s²], and how long that has been too much [s].
+    /// Remaining difference [rad/s²], and how long it has been too large [s].
     pub(super) difference: f64,
     pub(super) apart: f64,
 }
@@ -118,7 +118,7 @@ impl Monitor {
         }
     }
 
-    /// What is left behind a fault that may have spoilt it: motors stay as warm as they are.
+    /// State after a fault that may have spoilt it: only the temperatures of the motors are kept.
     pub(super) fn anew(&self) -> Self {
         Monitor { heat: self.heat, ..Monitor::default() }
     }
@@ -128,12 +128,12 @@ impl Monitor {
         limits.moving_velocity.max(limits.velocity_share * self.tacho.abs().max(self.encoder.abs()))
     }
 
-    /// The amplifier was no current control meanwhile: what was asked for is compared anew.
+    /// The amplifier did not control the current meanwhile: the comparison restarts.
     pub(super) fn forget_current(&mut self) {
         (self.current, self.current_apart) = (0.0, 0.0);
     }
 
-    /// Velocity that a brake may trust [rad/s], and whether it is the tacho's. A sensor that is dead says too little: of
+    /// Velocity that a brake may trust [rad/s], and whether it is the tacho's. A dead sensor reads too little: of
     /// two that are apart the faster one counts, unless they say opposite directions.
     pub(super) fn trusted(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Option<(f64, bool)> {
         let tacho = Some(input.measured_velocity).filter(|velocity| velocity.is_finite());
@@ -157,7 +157,7 @@ impl Monitor {
         input.measured_velocity.abs().max(self.counted.abs())
     }
 
-    /// What no sensor and no block may say, whether or not there is torque.
+    /// Checks with and without torque: non-finite measurements and outputs.
     pub(super) fn always(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
         for (value, measurement) in [
             (input.measured_angle, "screw angle"),
@@ -178,7 +178,7 @@ impl Monitor {
         }
     }
 
-    /// What is wrong while there is torque.
+    /// Checks while there is torque.
     pub(super) fn with_torque(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
         let (current, velocity, time) = (input.drive_current, input.measured_velocity, self.standing);
         if time >= limits.frozen_time {

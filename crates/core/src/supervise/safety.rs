@@ -1,4 +1,4 @@
-//! What the bench may do now, and what stops it.
+//! Safety states of the bench, and the faults that stop it.
 //!
 //!   off → homing → ready → running → stopping → ready
 //!                                  ↘ stopping → fault, kept until it is acknowledged → off
@@ -15,12 +15,12 @@ use core::fmt;
 use super::monitor::Monitor;
 use super::{Brake, ExternalFault, Fault, HomingFault, MachineFault, Role, SafetyLimits};
 
-/// Of the time that braking takes, after so many times that and [`PATIENCE`] it has failed.
+/// Multiple of the braking time after which, with [`PATIENCE`], braking has failed.
 const LATE: f64 = 1.5;
 /// [s]
 const PATIENCE: f64 = 0.25;
 
-/// What the safety functions read in a cycle.
+/// Inputs of the safety functions in a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyInput {
     /// Unwrapped screw angle of the encoder [rad], never set back while the bench is on.
@@ -35,17 +35,17 @@ pub struct SafetyInput {
     pub drive_current: f64,
     /// Current of the load motor [A].
     pub load_current: f64,
-    /// What is asked of it [A].
+    /// Reference of the load motor's current [A].
     pub asked_load_current: f64,
-    /// Where the screw should be, counted as the measured angle [rad].
+    /// Set-point of the screw, counted as the measured angle [rad].
     pub reference_position: f64,
-    /// The block of the software that computed no number.
+    /// The block of the software with a non-finite output.
     pub broken: Option<&'static str>,
     /// Ticks that were missed before this one.
     pub missed: u64,
 }
 
-/// What the bench may do.
+/// State of the bench.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SafetyState {
     /// No torque, nothing supervised.
@@ -68,7 +68,7 @@ impl SafetyState {
         matches!(self, SafetyState::Homing | SafetyState::Running)
     }
 
-    /// What stopped the bench, or is stopping it.
+    /// The fault that stopped the bench, or is stopping it.
     pub fn fault(&self) -> Option<Fault> {
         match *self {
             SafetyState::Fault(fault) => Some(fault),
@@ -78,55 +78,71 @@ impl SafetyState {
     }
 }
 
-/// What the operator asks for.
+/// A request of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Search the index.
     Home,
-    /// Be ready again without homing, where the zero is still known.
+    /// Become ready without homing, if the zero is still known.
     Arm,
-    /// Torque, under control.
+    /// Switch on the torque, under control.
     Start,
-    /// To rest, then no more torque.
+    /// Stop, then switch off the torque.
     Stop,
     /// Switch off: no torque at once.
     Off,
-    /// The fault is seen.
+    /// Acknowledge the fault.
     Acknowledge,
 }
 
 /// A request that the present state does not admit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Refusal {
-    /// What was asked for.
+    /// The request.
     pub request: Request,
     /// The state that stays.
     pub state: SafetyState,
-    /// What to do first.
+    /// Remedy.
     pub remedy: &'static str,
 }
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the bench refuses {:?}: it is {:?}. {}", self.request, self.state, self.remedy)
+        let request = match self.request {
+            Request::Home => "home",
+            Request::Arm => "arm",
+            Request::Start => "start",
+            Request::Stop => "stop",
+            Request::Off => "switch off",
+            Request::Acknowledge => "acknowledge a fault",
+        };
+        let state = match self.state {
+            SafetyState::Off => "off",
+            SafetyState::Homing => "homing",
+            SafetyState::Ready => "ready",
+            SafetyState::Running => "running",
+            SafetyState::Stopping(_) => "stopping",
+            SafetyState::Fault(_) => "stopped by a fault",
+        };
+        write!(f, "cannot {request} while the bench is {state}. {}", self.remedy)
     }
 }
 
 impl core::error::Error for Refusal {}
 
-/// A stop under way.
+/// An active stop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stop {
-    /// Speed at its begin, and what it should have come down to [rad/s].
+    /// Speed at its start, and its present set-point [rad/s].
     pub(super) begin: f64,
     pub(super) ramp: f64,
-    /// Since its begin [s].
+    /// Time since its start [s].
     pub(super) time: f64,
     /// Torque against a load that pushes [N m].
     pub(super) held: f64,
 }
 
-/// What a stop does to the motors.
+/// Outputs of a stop to the motors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Braking {
     /// Torque of the drive [N m].
@@ -165,17 +181,17 @@ impl Safety {
         }
     }
 
-    /// What is too much.
+    /// Limits.
     pub fn limits(&self) -> &SafetyLimits<f64> {
         &self.limits
     }
 
-    /// What is too much, and how it is braked, from the next cycle on.
+    /// Limits and brake from the next cycle on.
     pub fn set_limits(&mut self, limits: SafetyLimits<f64>, brake: Brake<f64>) {
         (self.limits, self.brake) = (limits, brake);
     }
 
-    /// What the bench may do.
+    /// State of the bench.
     pub fn state(&self) -> SafetyState {
         self.state
     }
@@ -185,12 +201,12 @@ impl Safety {
         self.zero
     }
 
-    /// What the last cycle does to the motors where it stops them with the brake.
+    /// Outputs of the brake in the last cycle, if it is active.
     pub fn braking(&self) -> Option<Braking> {
         self.braking
     }
 
-    /// A request of the operator: the new state, or why not.
+    /// A request of the operator: the new state, or the reason of its refusal.
     pub fn request(&mut self, request: Request) -> Result<SafetyState, Refusal> {
         use SafetyState::{Fault, Homing, Off, Ready, Running, Stopping};
         let refused = |state, remedy| Err(Refusal { request, state, remedy });
@@ -221,7 +237,7 @@ impl Safety {
         Ok(next)
     }
 
-    /// Nobody commands any more: to rest, then no more torque.
+    /// Commands are missing: stop, then switch off the torque.
     pub fn abandoned(&mut self) {
         if self.state == SafetyState::Running {
             self.state = self.stopping();
@@ -252,7 +268,7 @@ impl Safety {
         }
     }
 
-    /// What was brought along in this role is gone: the brake stops the screw. An earlier fault stays, unless this is why
+    /// The external file in this role failed: the brake stops the screw. An earlier fault stays, unless this is why
     /// it was late.
     pub fn external_failed(&mut self, role: Role, fault: ExternalFault) {
         match &mut self.state {
@@ -276,7 +292,7 @@ impl Safety {
         self.monitor.see(&input, &self.limits, dt);
         let trusted = self.monitor.trusted(&input, &self.limits);
         let stands = trusted.is_some_and(|(velocity, _)| velocity.abs() < self.limits.standstill_velocity);
-        // What happened in ticks that were missed nobody saw: a screw that is slow once has not stood all the time.
+        // Missed ticks were not observed: a screw that is slow once may have moved meanwhile.
         self.quiet = if stands { self.quiet + dt / (1.0 + input.missed as f64) } else { 0.0 };
         let watched = self.state.allows_torque() || self.state == SafetyState::Ready;
         if watched && let Err(fault) = self.check(&input, trusted.map_or(0.0, |(velocity, _)| velocity)) {
@@ -325,7 +341,7 @@ impl Safety {
                 && self.stop.time > LATE * self.stop.begin / deceleration + PATIENCE
             // It drives instead.
             || velocity.abs() > self.stop.begin + self.limits.moving_velocity.max(0.1 * self.stop.begin);
-        // What pushes is held, until somebody switches off.
+        // A push is held until the operator switches off.
         let pushed = !slow && self.brake.release(&mut self.stop.held, dt);
         let stands = self.quiet.min(self.stop.time) >= self.limits.standstill_time && !pushed;
         self.state = match fault {
@@ -361,7 +377,7 @@ impl Safety {
             self.monitor.index(input, limits)?;
         }
         let error = (input.reference_position - input.measured_angle).abs();
-        // Not `error > limit`: a set-point that is no number is a fault as well.
+        // Not `error > limit`: a non-finite set-point is a fault as well.
         if error.is_nan() || error > limits.following_error {
             return Err(Fault::FollowingError { error, limit: limits.following_error });
         }

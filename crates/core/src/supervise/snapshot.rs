@@ -1,11 +1,11 @@
-//! The state of supervision, kept and put back.
+//! The state of supervision, stored and restored.
 
 use super::monitor::{Acceleration, Monitor};
 use super::safety::Stop;
 use super::{Braking, ExternalFault, Fault, HomingFault, MachineFault, Role, Safety, SafetyState};
-use crate::snapshot::{StateVisitor, fields, flag, maybe, which};
+use crate::snapshot::{StateVisitor, choice, fields, flag, optional};
 
-/// What faults are said of.
+/// Subjects of faults.
 const NAMES: [&str; 11] = [
     "",
     "screw angle",
@@ -30,7 +30,7 @@ impl Safety {
         fields(keep, limits);
         fields(keep, brake);
         state.keep(keep);
-        maybe(keep, zero);
+        optional(keep, zero);
         monitor.keep(keep);
         let Stop { begin, ramp, time, held } = stop;
         [begin, ramp, time, held].into_iter().for_each(|number| keep.number(number));
@@ -61,7 +61,7 @@ impl Monitor {
             current_apart,
             heat: [drive, load],
         } = self;
-        [previous, jumped, index].into_iter().for_each(|number| maybe(keep, number));
+        [previous, jumped, index].into_iter().for_each(|number| optional(keep, number));
         let Acceleration { started, velocity, measured, offset, difference, apart } = acceleration;
         flag(keep, started);
         [
@@ -97,13 +97,13 @@ impl SafetyState {
             SafetyState::Stopping(Some(_)) => 5,
             SafetyState::Fault(_) => 6,
         };
-        let state = which(keep, state, STATES);
+        let state = choice(keep, state, STATES);
         let (mut kind, mut numbers, mut name) = self.fault().map_or((0, [0.0; 3], ""), parts);
-        kind = which(keep, kind, FAULTS);
+        kind = choice(keep, kind, FAULTS);
         numbers.iter_mut().for_each(|number| keep.number(number));
         let place = NAMES.iter().position(|known| *known == name);
         debug_assert!(place.is_some(), "{name} is not among the names");
-        name = NAMES[which(keep, place.unwrap_or(0), NAMES.len())];
+        name = NAMES[choice(keep, place.unwrap_or(0), NAMES.len())];
         let fault = fault(kind, numbers, name);
         *self = match state {
             0 => SafetyState::Off,
@@ -117,7 +117,7 @@ impl SafetyState {
     }
 }
 
-/// Its kind, its numbers, and what it is said of.
+/// Its kind, its numbers, and its subject.
 fn parts(fault: Fault) -> (usize, [f64; 3], &'static str) {
     match fault {
         Fault::FollowingError { error, limit } => (0, [error, limit, 0.0], ""),
@@ -218,7 +218,7 @@ mod tests {
             }
         }
 
-        fn misfit(&mut self) {
+        fn invalid(&mut self) {
             self.2 += 1;
         }
     }
@@ -252,19 +252,19 @@ mod tests {
     }
 
     #[test]
-    fn what_names_no_state_is_a_misfit_and_changes_nothing() {
+    fn an_invalid_number_is_reported_and_changes_nothing() {
         let mut software = Software::new(Parameters::default(), 1e-3);
         let mut row = Row::default();
         software.keep(&mut row);
         let whole = row.0.clone();
-        let mut misfits = 0;
+        let mut invalid_numbers = 0;
         for place in 0..whole.len() {
             let mut row = Row(whole.clone(), Some(0), 0);
             row.0[place] = 1e18;
             software.keep(&mut row);
-            misfits += row.2;
+            invalid_numbers += row.2;
             software.keep(&mut Row(whole.clone(), Some(0), 0));
         }
-        assert!(misfits >= 15, "{misfits}");
+        assert!(invalid_numbers >= 15, "{invalid_numbers}");
     }
 }

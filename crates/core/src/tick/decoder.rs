@@ -12,12 +12,12 @@ pub struct Decoder<T> {
     /// Counts per revolution.
     #[field(symbol = "N", unit = "counts", range = 40.0..=4e6, default = 10_000.0, whole)]
     pub counts_per_revolution: T,
-    /// Numbers that the counter has before it wraps to 0.
+    /// Range of the counter: it wraps to 0 after this number of counts.
     #[field(symbol = "N_c", unit = "counts", range = 256.0..=4_294_967_296.0, default = 65_536.0, whole)]
     pub counter_range: T,
 }
 
-/// What the counter card delivers.
+/// Reading of the counter card.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct EncoderReading<T> {
     /// Counter, 0 … range − 1.
@@ -31,7 +31,7 @@ pub struct EncoderReading<T> {
     pub latch: T,
 }
 
-/// What the decoder remembers.
+/// State of the decoder.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DecoderState<T> {
     /// Counter at the last reading.

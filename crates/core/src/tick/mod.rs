@@ -46,7 +46,7 @@ pub struct Scaling<T> {
     pub servo_limit: T,
 }
 
-/// What the interfaces deliver at a tick: all that the software side sees.
+/// Readings of the interfaces at a tick: the only inputs from the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Measurement<T> {
     /// Encoder counter.
@@ -80,20 +80,20 @@ pub struct Tick<T> {
     pub observer: VelocityObserver<T>,
     /// The rendering law.
     pub law: Law<T>,
-    /// What is added to it.
+    /// Correction of the law.
     pub correction: Correction<T>,
-    /// The elastic arm that is rendered besides friction.
+    /// The rendered elastic arm.
     pub arm: RenderedArm<T>,
     /// Current control of the load motor.
     pub current: CurrentControl<T>,
-    /// Position control: the controller under test and what it is combined with.
+    /// Position control: the controller under test with compensation and hold.
     pub control: AxisControl<T>,
     /// Sampling time of the position controller.
     #[field(symbol = "T_c", unit = "s", range = 1e-5..=1.0, default = 1e-3)]
     pub control_period: T,
 }
 
-/// What the software side remembers.
+/// State of the software.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct TickState<T> {
     /// Decoder.
@@ -108,20 +108,20 @@ pub struct TickState<T> {
     pub current: CurrentControlState<T>,
     /// Position control.
     pub control: AxisControlState<T>,
-    /// Drive torque computed, waiting for its sample to end.
+    /// Computed drive torque, pending until the end of its sample.
     #[field(symbol = "M", unit = "N m")]
     pub computed_torque: T,
-    /// Drive torque in force.
+    /// Active drive torque.
     #[field(symbol = "M", unit = "N m")]
     pub commanded_torque: T,
 }
 
-/// What the tick is told besides the measurements. Flags are 0 or 1.
+/// Commands of a tick, besides the measurements. Flags are 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Order<T> {
     /// Set-point.
     pub reference: Setpoint<T>,
-    /// Whether the position controller is on; off, it follows, so that it takes over without a bump.
+    /// Whether the position controller is on; off, it tracks the motion for a bumpless start.
     #[field(unit = "1", flag)]
     pub control: T,
     /// Whether the rendering law is on.
@@ -136,7 +136,7 @@ pub struct Order<T> {
     /// A sample of the position controller begins.
     #[field(unit = "1", flag)]
     pub control_due: T,
-    /// A sample of the position controller ends: what it computed comes into force with the next tick.
+    /// A sample of the position controller ends: its torque becomes active with the next tick.
     #[field(unit = "1", flag)]
     pub control_release: T,
 }
@@ -150,7 +150,7 @@ impl<T: Scalar> Order<T> {
     }
 }
 
-/// What the tick reads.
+/// Inputs of the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct TickInput<T> {
     /// From the interfaces.
@@ -159,7 +159,7 @@ pub struct TickInput<T> {
     pub order: Order<T>,
 }
 
-/// What the tick writes and what it knows.
+/// Outputs and estimates of the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct TickOutput<T> {
     /// For the servo amplifier's D/A converter.
@@ -186,10 +186,10 @@ pub struct TickOutput<T> {
     /// Velocity of the motor by the tacho.
     #[field(symbol = "Ω_M", unit = "rad/s")]
     pub measured_motor_velocity: T,
-    /// Torque asked of the drive motor.
+    /// Torque reference of the drive motor.
     #[field(symbol = "M_M", unit = "N m")]
     pub commanded_torque: T,
-    /// Torque asked of the load motor, against positive motion: the law's, and what is added to it.
+    /// Torque reference of the load motor, against positive motion: the law's, and the added one.
     #[field(symbol = "M_diff", unit = "N m")]
     pub difference_torque: T,
     /// Torque of the load motor by its measured current, against positive motion.

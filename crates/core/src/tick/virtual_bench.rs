@@ -17,14 +17,14 @@ pub struct VirtualBench<T> {
     pub tick: Tick<T>,
 }
 
-/// Everything that the bench remembers.
+/// State of the bench.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct BenchState<T> {
     /// Virtual machine.
     pub plant: PlantState<T>,
     /// Software.
     pub tick: TickState<T>,
-    /// Readings at the begin of the tick.
+    /// Readings at the start of the tick.
     pub measurement: Measurement<T>,
     /// Voltage computed in the last tick, which the servo amplifier gets now.
     #[field(symbol = "u_servo", unit = "V")]
@@ -34,7 +34,7 @@ pub struct BenchState<T> {
     pub amplifier_voltage: T,
 }
 
-/// What comes from outside in a tick.
+/// External inputs of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct BenchInput<T> {
     /// From supervision.
@@ -60,7 +60,7 @@ impl<T: Scalar> Block<T> for VirtualBench<T> {
 }
 
 impl<T: Scalar> VirtualBench<T> {
-    /// A tick that truly lasts so many steps of the virtual machine, while the software believes that it is `dt` [s].
+    /// A tick that lasts this number of steps of the virtual machine, while the software assumes `dt` [s].
     #[inline(always)]
     pub fn tick_of(&self, steps: usize, state: &mut BenchState<T>, input: BenchInput<T>, dt: T) -> TickOutput<T> {
         let (output, acting) = self.software(state, input, dt);

@@ -154,8 +154,8 @@ fn a_lying_sensor_stops_the_bench() {
     let mut frozen = preset("clm-bench");
     frozen.plant.encoder.fault = EncoderFault::Frozen;
     for (message, preset) in [
-        ("measured tacho velocity is no number", deaf_tacho),
-        ("measured load current is no number", deaf_current),
+        ("measured tacho velocity is not finite", deaf_tacho),
+        ("measured load current is not finite", deaf_current),
         ("the encoder has stood", frozen),
     ] {
         let mut bench = VirtualBench::new(&preset, 1).unwrap();

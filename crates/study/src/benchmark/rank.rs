@@ -20,8 +20,8 @@ pub struct Ranked {
 
 /// The entrants on a friction, the best first, failed ones last.
 pub fn rank(outcome: &Outcome, friction: &str) -> Vec<Ranked> {
-    let as_believed = |cell: &&CellResult| cell.friction == friction && cell.variation == VARIATIONS[0].name;
-    let cells: Vec<&CellResult> = outcome.cells.iter().filter(as_believed).collect();
+    let nominal = |cell: &&CellResult| cell.friction == friction && cell.variation == VARIATIONS[0].name;
+    let cells: Vec<&CellResult> = outcome.cells.iter().filter(nominal).collect();
     let Some(reference) = cells.iter().find(|cell| cell.entrant == outcome.plan.entrants[0].name) else {
         return Vec::new();
     };

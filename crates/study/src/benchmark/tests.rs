@@ -67,8 +67,8 @@ fn compensation_with_an_exact_model_ranks_first_with_any_number_of_threads() {
     assert_eq!((ranks[1].factor, ranks[1].place), (1.0, Some([2, 2])));
     // A modelled friction that is too low compensates less.
     let peak = |k: usize| outcome.cells[k].values(Manoeuvre::Reversal, 0)[0];
-    let [as_believed, too_low] = [2, 3].map(peak);
-    assert!(too_low > 1.2 * as_believed, "{too_low} and {as_believed}");
+    let [nominal, too_low] = [2, 3].map(peak);
+    assert!(too_low > 1.2 * nominal, "{too_low} and {nominal}");
     // The report can be written.
     let summary = outcome.write(&folder.path().join("out"), "stickslip benchmark").unwrap();
     assert_eq!(summary.value("benchmark.failed_runs"), Some(0.0));

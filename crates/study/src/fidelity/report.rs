@@ -131,7 +131,7 @@ impl Outcome {
             "The same controller, reference and noise on a machine that has the desired friction, and on the bench \
              that renders it. Angles: RMS difference of the two over the RMS difference without rendering, so that 0 is \
              indistinguishable and 100 % is nothing rendered. Limit cycles: amplitude, interval, number of breakaways. The \
-             floor is what other noise does to the true machine: a difference below it says nothing. Predicted is what the \
+             floor is what other noise does to the true machine: a difference below it has no meaning. Predicted is what the \
              bench expects of the law that it picks (auto), before it runs and without knowing the mismatch. The last column \
              is the RMS error of the velocity that a law uses when its torque starts to act, in the worst scenario.",
         );

@@ -100,7 +100,7 @@ fn a_limit_cycle_has_the_amplitude_and_interval_of_its_trace() {
     // From the end of a slip, 0, back behind by 0.45 s of the ramp.
     assert!((cycle.amplitude - 0.0225).abs() < 0.0005, "{cycle:?}");
     let even = trace(|time| 0.1 * time + 0.001 * (40.0 * time).sin(), |time| 0.1 * time);
-    assert_eq!(LimitCycle::find(&even, 1.0).breakaways, 0, "sliding evenly is no cycle");
+    assert_eq!(LimitCycle::find(&even, 1.0).breakaways, 0, "sliding evenly is not a cycle");
     let creeps = trace(|time| 0.03 * (0.5 * time).sin(), |_| 0.0);
     assert!(LimitCycle::find(&creeps, 1.0).interval.is_nan(), "nor is creeping");
 }
@@ -520,9 +520,9 @@ fn after_moves(trace: &Trace) -> (f64, f64) {
 fn decentralised_observers_damp_a_mounted_or_rendered_arm_with_and_without_friction_compensation() {
     let rest = |has_model: bool, compensates: bool, role: Role| {
         let mut cell = with_arm("prototype", 4000.0);
-        let Arm::Elastic(believed) = cell.preset.bench.arm else { panic!("there is an arm") };
+        let Arm::Elastic(model) = cell.preset.bench.arm else { panic!("there is an arm") };
         let arm = if has_model {
-            DampedArm::Elastic(ArmDamping { believed, ..ArmDamping::default() })
+            DampedArm::Elastic(ArmDamping { believed: model, ..ArmDamping::default() })
         } else {
             DampedArm::Nothing
         };

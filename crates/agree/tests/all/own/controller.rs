@@ -1,4 +1,4 @@
-//! A controller in one file of Rust is found wherever controllers are: as C, library, FMU and A2L, and in the loop.
+//! A controller in one file of Rust is available wherever controllers are: as C, library, FMU and A2L, and in the loop.
 
 #[path = "../../../../stickslip/examples/own_controller.rs"]
 mod own_controller;

@@ -1,4 +1,4 @@
-//! What a user writes in one file of Rust, a controller or a friction, is found wherever ours are.
+//! A user's controller or friction in one file of Rust is available wherever the built-in ones are.
 
 mod controller;
 mod friction;

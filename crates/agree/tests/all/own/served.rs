@@ -32,7 +32,7 @@ impl Served {
         self.live.call("ann", call).expect("an answer")
     }
 
-    /// What is listed under this path.
+    /// The item of this path.
     pub(crate) fn item(&self, path: &str) -> Item {
         let Answer::Items { items } = self.ask(Call::Items {}) else { panic!("no items") };
         items.into_iter().find(|item| item.path == path).expect("it is listed")
@@ -43,10 +43,11 @@ impl Served {
         signals.into_iter().map(|signal| signal.name).collect()
     }
 
-    /// Its numbers are in the description for calibration tools, which a reader of others takes.
+    /// Its numbers are in the description for calibration tools, which an independent reader accepts.
     pub(crate) fn describes(&self, numbers: &[&str]) {
         let described = describe(&Layout::with(1000.0, &self.live.entries()), Doors::default());
-        let (_, messages) = a2lfile::load_from_string(&described, None, true).expect("a reader of others takes it");
+        let (_, messages) =
+            a2lfile::load_from_string(&described, None, true).expect("an independent reader accepts it");
         assert!(messages.is_empty(), "{messages:?}");
         for name in numbers {
             assert!(described.contains(&format!("CHARACTERISTIC loaded.{name} ")), "{name}");

@@ -1,4 +1,4 @@
-//! The whole bench in closed loop: what comes from outside.
+//! The whole bench in closed loop: its external inputs.
 
 use stickslip::noise::Normals;
 use stickslip_core::control::reference::Setpoint;
@@ -13,7 +13,7 @@ use super::run::{Record, Run, numbers};
 const TICK: f64 = 250e-6;
 const STEPS: usize = 10;
 
-/// A bench with elasto-plastic friction that follows a sine under the paper's law, for so many ticks.
+/// A bench with elasto-plastic friction that follows a sine under the paper's law, for a number of ticks.
 pub fn bench(ticks: u64) -> (VirtualBench<f64>, Run) {
     let mut plant = Plant::default();
     plant.screw_friction.model = Model::ElastoPlastic(ElastoPlastic::default());

@@ -1,4 +1,4 @@
-//! A whole experiment on the virtual bench, with everything that the software was given in each tick.
+//! A whole experiment on the virtual bench, with all inputs of the software in each tick.
 
 use stickslip::bench::{Bench, Change, Command, Frame, Parameters, VirtualBench};
 use stickslip::experiment::{FrictionPlan, home, measure_friction};
@@ -12,11 +12,11 @@ use stickslip_core::tick::{Tick, TickState};
 
 use super::run::{Record, Run, numbers};
 
-/// A bench that keeps what its software is given.
+/// A bench that stores the inputs of its software.
 struct Recording {
     bench: VirtualBench,
     run: Run,
-    /// Parameters in force and the state that the last tick should have left.
+    /// Active parameters and the expected state after the last tick.
     known: Option<(Tick<f64>, TickState<f64>)>,
 }
 
@@ -82,8 +82,8 @@ impl Bench for Recording {
     }
 }
 
-/// Homing, the quick friction measurement, then three seconds of a sine with the paper's law: its software and all that
-/// it was given.
+/// Homing, the quick friction measurement, then three seconds of a sine with the paper's law: its software and all
+/// of its inputs.
 pub fn experiment() -> (Tick<f64>, Run) {
     let source = parameters::presets::find("clm-bench").expect("a preset of that name");
     let preset: Preset<f64> = source.read().expect("a preset that reads");

@@ -20,7 +20,7 @@ use stickslip_core::tick::Tick;
 use run::{Bytes, Run, first_difference};
 use target::{M4F, M7, Main, Target, available};
 
-/// A hundred times what it takes.
+/// A hundred times the usual duration.
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// The experiment is made once for all tests.
@@ -47,7 +47,7 @@ where
 }
 
 #[test]
-fn the_begin_of_an_experiment_on_both_processors() {
+fn the_start_of_an_experiment_on_both_processors() {
     if available() {
         let (tick, run) = experiment();
         agrees::<f64, _>(M7, tick, &run.first(2_000));
@@ -61,7 +61,7 @@ fn a_whole_experiment_on_a_cortex_m4f_in_double() {
     if available() {
         let (tick, run) = experiment();
         println!("{} ticks in {} records", run.steps(), run.records.len());
-        assert!(run.steps() as f64 * run.dt > 40.0, "{} ticks are no whole experiment", run.steps());
+        assert!(run.steps() as f64 * run.dt > 40.0, "{} ticks are less than a whole experiment", run.steps());
         agrees::<f64, _>(M4F, tick, run);
     }
 }
@@ -113,7 +113,7 @@ fn the_self_test_of_every_block_of_the_catalogue_passes_and_its_example_runs() {
 }
 
 #[test]
-fn a_self_test_that_fails_on_the_processor_is_seen() {
+fn a_failed_self_test_on_the_processor_is_detected() {
     if available() {
         let preset =
             parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
@@ -141,7 +141,7 @@ fn the_whole_bench_in_closed_loop() {
 }
 
 #[test]
-fn the_committed_table_is_what_the_processors_need() {
+fn the_committed_table_is_up_to_date() {
     if available() {
         let (tick, run) = experiment();
         table::check(&table::measure(tick, run));
@@ -149,7 +149,7 @@ fn the_committed_table_is_what_the_processors_need() {
 }
 
 #[test]
-fn a_number_that_left_the_table_is_named() {
+fn a_changed_number_of_the_table_is_reported() {
     let row = table::Row { key: ["Cortex-M7", "double", "pid"].map(String::from), numbers: [1000.0; 7] };
     let then = |instructions: f64, block: &str| {
         let mut cells = serde_json::Map::from_iter(row.cells());
@@ -183,7 +183,7 @@ fn one_other_bit_is_found_at_its_tick_and_number() {
 }
 
 #[test]
-fn a_fault_says_what_it_is_and_a_program_that_hangs_is_ended() {
+fn a_fault_is_reported_and_a_program_that_hangs_is_ended() {
     if available() {
         for target in [M4F, M7] {
             let wild = "int main(void) { return *(volatile int *)0xF0000000u; }";

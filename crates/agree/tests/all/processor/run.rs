@@ -1,4 +1,4 @@
-//! What a block is given, tick by tick, and what it makes of it in Rust.
+//! Inputs of a block, tick by tick, and its results in Rust.
 
 use stickslip_codegen::record::Precision;
 use stickslip_codegen::tree::Tree;
@@ -6,7 +6,7 @@ use stickslip_core::block::{Block, guarded};
 use stickslip_core::fields::{Fields, each};
 use stickslip_core::scalar::Scalar;
 
-/// What goes into the processor, in order; the numbers as the block's structs have them.
+/// Inputs of the processor, in order; the numbers as the block's structs have them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
     /// Parameters from here on.
@@ -56,7 +56,7 @@ fn filled<T: Scalar, V: Fields<T>>(template: &V, numbers: &[f64]) -> V {
 }
 
 impl Run {
-    /// The records up to so many steps.
+    /// The records up to a number of steps.
     pub fn first(&self, most: usize) -> Run {
         let mut steps = 0;
         let first = self.records.iter().take_while(|record| {
@@ -116,7 +116,7 @@ fn numbers_of<T: Scalar>(value: &impl Fields<T>) -> impl Iterator<Item = T> {
     numbers(value).into_iter()
 }
 
-/// Where two files `outputs` part first: tick and name of the number. A status is a number too.
+/// First difference of two files `outputs`: tick and name of the number. A status is a number too.
 pub fn first_difference(expected: &[u8], found: &[u8], output: &Tree, state: &Tree, single: bool) -> Option<String> {
     let size = if single { 4 } else { 8 };
     let names = [vec!["status".to_string()], output.paths(), state.paths()].concat();

@@ -1,4 +1,4 @@
-//! What the processors need for some blocks: memory and instructions, as a committed table.
+//! Requirements of some blocks on the processors: memory and instructions, as a committed table.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ const COMMAND: &str = "UPDATE_EXPECT=1 cargo test -p stickslip-agree --test all 
 /// Steps that are counted; a count differs by the data only in the compiler's double arithmetic.
 const STEPS: usize = 2_000;
 
-/// What one block needs on one processor; bytes, instructions.
+/// Requirements of one block on one processor; bytes, instructions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     pub key: [String; 3],
@@ -131,12 +131,12 @@ pub fn check(rows: &[Row]) {
     for (then, now) in committed.iter().zip(rows) {
         let tolerance = if then["compiler"] == compiler() { 0.02 } else { 0.3 };
         if let Some(complaint) = differs(then, now, tolerance) {
-            panic!("{complaint}. If that is meant: {COMMAND}");
+            panic!("{complaint}. If this is intended: {COMMAND}");
         }
     }
 }
 
-/// What differs between a committed row and a new one.
+/// Difference of a committed row and a new one.
 pub fn differs(then: &Value, now: &Row, tolerance: f64) -> Option<String> {
     let place = now.key.join(" ");
     if KEYS.iter().zip(&now.key).any(|(key, value)| then[*key] != **value) {
@@ -144,7 +144,7 @@ pub fn differs(then: &Value, now: &Row, tolerance: f64) -> Option<String> {
     }
     NUMBERS.iter().zip(now.numbers).find_map(|(name, now)| {
         let then = then[*name].as_f64().unwrap_or(f64::NAN);
-        // A word more or less is no news.
+        // A difference of one word is ignored.
         let same = (now - then).abs() <= (tolerance * then).max(4.0);
         (!same).then(|| format!("{place}: {name} was {then}, is {now}"))
     })
@@ -171,12 +171,12 @@ const HEAD: &str = "\
 # What a processor needs for the generated code
 
 Memory in bytes and instructions of `NAME_step`, its guard included, on two processors in QEMU. Instructions are counted \
-exactly, but they are no cycles: an emulator knows no pipeline, no cache and no memory that lets the processor wait.
+exactly, but they are not cycles: an emulator has no pipeline, no cache and no memory with wait states.
 
-Code is the step with all its blocks and their constants; library is what the compiler brings along, above \
+Code is the step with all its blocks and their constants; library is the part that the compiler adds, above \
 all `double` arithmetic where the processor has none: it is there once, however many blocks share it. Parameters and \
 state are the sizes of the structs. Stack is the deepest found below the caller over 2,000 steps. The tick is the whole \
-software of the bench with a cascade and the paper's law, driven with the begin of a recorded experiment; the other \
+software of the bench with a cascade and the paper's law, driven with the start of a recorded experiment; the other \
 blocks are driven with numbers from −5 to 5.
 
 The table is made and compared by a test; the numbers are in `processor.json`.

@@ -1,4 +1,4 @@
-//! Cortex-M processors in QEMU, and what compiles for them.
+//! Cortex-M processors in QEMU, and their compiler.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -35,7 +35,7 @@ pub const M7: Target = Target {
     machine: "mps2-an500",
 };
 
-/// Whether compiler and emulator are there; else a line says what is not checked.
+/// Whether compiler and emulator are available; otherwise a line reports the skipped checks.
 pub fn available() -> bool {
     let starts = |name: &&str| Command::new(name).arg("--version").stdout(Stdio::null()).status().is_ok();
     let missing: Vec<_> = [GCC, QEMU].into_iter().filter(|name| !starts(name)).collect();
@@ -48,7 +48,7 @@ pub fn available() -> bool {
     missing.is_empty()
 }
 
-/// First line of what the compiler says of itself.
+/// First line of the version of the compiler.
 pub fn compiler() -> String {
     let output = Command::new(GCC).arg("--version").output().expect("the compiler starts");
     String::from_utf8_lossy(&output.stdout).lines().next().unwrap_or_default().into()
@@ -58,7 +58,7 @@ fn firmware(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware").join(file)
 }
 
-/// What goes into a program besides the start-up.
+/// Contents of a program besides the start-up.
 pub enum Main<'a> {
     /// A block, called `block`, in `pil.c`; whether it counts instructions.
     Block { program: &'a Program, code: &'a CSource, single: bool, measure: bool },
@@ -75,7 +75,7 @@ pub struct Image {
     measure: bool,
 }
 
-/// What a program left behind.
+/// Results of a program.
 pub struct Ran {
     pub succeeded: bool,
     pub said: String,
@@ -151,7 +151,7 @@ impl Image {
                 break Some(status);
             }
             if start.elapsed() > limit {
-                // It may have ended by itself in between.
+                // It may have exited in between.
                 let _ = child.kill();
                 let _ = child.wait();
                 break None;

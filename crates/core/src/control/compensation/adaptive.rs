@@ -7,31 +7,32 @@ use crate::fields::Fields as _;
 use crate::friction::{Bristles, Stribeck};
 use crate::scalar::{Mask, Scalar};
 
-/// No drive turns faster [rad/s], or takes more torque [N m]: learnt once, it would spoil the estimate for long.
+/// No drive turns faster [rad/s], or takes more torque [N m]: a single such sample would spoil the estimate for long.
 const BEYOND: f64 = 1e4;
 
-/// Whether a drive can have done this.
+/// Whether a drive can have this motion and torque.
 #[inline(always)]
 fn usual<T: Scalar>(input: &CompensationInput<T>) -> T::Mask {
     (input.measured_velocity.abs() + input.applied_torque.abs()).lt(T::of(BEYOND))
 }
 
-/// Recursive least squares for kinetic torque, Stribeck drop and viscous friction, and a feedforward of what they say:
+/// Recursive least squares for kinetic torque, Stribeck drop and viscous friction, and a feedforward of the estimate:
 ///
 ///   M_M − J·ω̇ = θ₁·sgn ω + θ₂·e^(−|ω|/Ω_Strib)·sgn ω + θ₃·ω,   M_K = θ₁, M_S = θ₁ + θ₂, b = θ₃
 ///
-/// Both sides pass the same low-pass, which makes the acceleration a difference. The estimate rests while the drive is
-/// slower than a multiple of the velocity's noise: there a sign means nothing, and bristles are no curve. It forgets
-/// slowly, its covariance is bounded, and what it estimates stays within what friction can be. Ω_Strib is believed.
+/// Both sides pass the same low-pass, which makes the acceleration a difference. The estimate is frozen while the drive
+/// is slower than a multiple of the velocity's noise: there the sign is random, and bristles do not follow the curve.
+/// It forgets slowly, its covariance is bounded, and the estimate stays within physical limits of friction. Ω_Strib is
+/// not estimated.
 ///
 /// K. J. Åström, B. Wittenmark, *Adaptive Control* (1995), chapter 2.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct AdaptiveStribeck<T> {
-    /// The curve to start from; its Stribeck velocity is kept.
+    /// The initial curve; its Stribeck velocity is kept.
     pub friction: Stribeck<T>,
     /// The bristles under it.
     pub bristles: Bristles<T>,
-    /// From the sample to when its torque acts: 1.5 sampling times and the lag of the servo amplifier.
+    /// Preview from the sample to the action of its torque: 1.5 sampling times and the lag of the servo amplifier.
     #[field(symbol = "T_p", unit = "s", range = 0.0..=1.0, default = 1.8e-3)]
     pub preview: T,
     /// Inertia of motor and load side together.
@@ -40,14 +41,14 @@ pub struct AdaptiveStribeck<T> {
     /// Time constant of the low-pass.
     #[field(symbol = "τ", unit = "s", range = 1e-5..=10.0, default = 5e-3)]
     pub filter_time: T,
-    /// Speed below which the estimate rests: 10 times the noise of the velocity at least.
+    /// Speed below which the estimate is frozen: at least 10 times the noise of the velocity.
     #[field(symbol = "Ω_f", unit = "rad/s", range = 1e-4..=1e3, default = 1.0)]
     pub freeze_velocity: T,
-    /// What a sample counts against the one after it.
+    /// Weight of a sample relative to the one after it.
     #[field(symbol = "λ", unit = "1", range = 0.9..=1.0, default = 0.9995)]
     pub forgetting: T,
-    /// Covariance of the levels to start from, per variance of the torque: 0.001 trusts what is believed as much as a
-    /// thousand samples. That of the viscous torque is the same at ten Stribeck velocities. Ten times as much is the bound.
+    /// Initial covariance of the levels, per variance of the torque: 0.001 trusts the model as much as a thousand
+    /// samples. That of the viscous torque is the same at ten Stribeck velocities. Ten times as much is the bound.
     #[field(symbol = "P₀", unit = "1", range = 1e-9..=1e3, default = 1e-3)]
     pub covariance: T,
     /// Largest torque of the compensation, and of each level.
@@ -55,7 +56,7 @@ pub struct AdaptiveStribeck<T> {
     pub torque_limit: T,
 }
 
-/// What the adaptive compensation remembers.
+/// State of the adaptive compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct AdaptiveStribeckState<T> {
     /// Kinetic torque, drop from breakaway to kinetic torque, viscous friction.
@@ -64,7 +65,7 @@ pub struct AdaptiveStribeckState<T> {
     /// Its covariance.
     #[field(symbol = "P", unit = "1")]
     pub covariance: [[T; 3]; 3],
-    /// Low-pass of what the three are multiplied with.
+    /// Low-pass of the regressors of the three estimates.
     #[field(unit = "1")]
     pub regressors: [T; 3],
     /// Low-pass of the motor's torque.
@@ -73,7 +74,7 @@ pub struct AdaptiveStribeckState<T> {
     /// Low-pass of the velocity.
     #[field(unit = "rad/s")]
     pub velocity: T,
-    /// The feedforward's.
+    /// State of the feedforward.
     pub feedforward: FrictionFeedforwardState<T>,
     /// Whether there was a sample before.
     #[field(unit = "1", flag)]
@@ -81,7 +82,7 @@ pub struct AdaptiveStribeckState<T> {
 }
 
 impl<T: Scalar> AdaptiveStribeck<T> {
-    /// Begins with what is believed, and with low-passes full of a steady motion; what that gives [N m].
+    /// Starts from the initial curve, with low-passes in the steady state of the motion; returns the torque [N m].
     #[inline(always)]
     pub(super) fn begin(&self, state: &mut AdaptiveStribeckState<T>, input: CompensationInput<T>) -> T {
         *state = self.fresh(&input);
@@ -93,20 +94,20 @@ impl<T: Scalar> AdaptiveStribeck<T> {
         let (zero, one) = (T::of(0.0), T::of(1.0));
         let Stribeck { breakaway_torque, kinetic_torque, viscous_friction, stribeck_velocity, .. } = self.friction;
         let (level, fast) = (self.covariance, T::of(10.0) * stribeck_velocity);
-        let known = usual(input);
-        let velocity = known.select(input.measured_velocity, zero);
+        let usual = usual(input);
+        let velocity = usual.select(input.measured_velocity, zero);
         AdaptiveStribeckState {
             estimate: [kinetic_torque, breakaway_torque - kinetic_torque, viscous_friction],
             covariance: [[level, zero, zero], [zero, level, zero], [zero, zero, level / (fast * fast)]],
             regressors: self.regressors(velocity),
-            torque: known.select(input.applied_torque, zero),
+            torque: usual.select(input.applied_torque, zero),
             velocity,
             feedforward: FrictionFeedforwardState::default(),
             started: one,
         }
     }
 
-    /// What the three numbers are multiplied with at a velocity [rad/s].
+    /// Regressors of the three estimates at a velocity [rad/s].
     #[inline(always)]
     fn regressors(&self, velocity: T) -> [T; 3] {
         let side = velocity.sign();
@@ -125,7 +126,7 @@ impl<T: Scalar> AdaptiveStribeck<T> {
         }
     }
 
-    /// One sample more of the low-passes; the torque that friction took [N m].
+    /// Updates the low-passes by a sample; returns the friction torque [N m].
     #[inline(always)]
     fn filter(&self, state: &mut AdaptiveStribeckState<T>, input: &CompensationInput<T>, dt: T) -> T {
         let velocity = input.measured_velocity;
@@ -139,7 +140,7 @@ impl<T: Scalar> AdaptiveStribeck<T> {
         state.torque - self.inertia / dt * (state.velocity - before)
     }
 
-    /// One sample more of the estimate.
+    /// Updates the estimate by a sample.
     #[inline(always)]
     fn learn(&self, state: &mut AdaptiveStribeckState<T>, friction: T) {
         let (zero, one) = (T::of(0.0), T::of(1.0));
@@ -151,7 +152,7 @@ impl<T: Scalar> AdaptiveStribeck<T> {
         for (value, gain) in state.estimate.iter_mut().zip(pushed) {
             *value += scale * gain * error;
         }
-        // Where little moves, forgetting lets the covariance grow without bound.
+        // With little motion, forgetting makes the covariance grow without bound.
         let fast = T::of(10.0) * self.friction.stribeck_velocity;
         let trace = p[0][0] + p[1][1] + fast * fast * p[2][2];
         let room = (trace / self.forgetting).le(T::of(30.0) * self.covariance);

@@ -1,4 +1,4 @@
-//! Disturbance observer: what the drive's inertia does not explain.
+//! Disturbance observer: torque that the drive's inertia does not explain.
 
 use super::{CompensationInput, CompensationOutput, bounded};
 use crate::Fields;
@@ -10,8 +10,8 @@ use crate::scalar::{Mask, Scalar};
 ///
 ///   ω̄ = ω̂ + T/J·(M_M − M̂),   e = ω − ω̄,   ω̂⁺ = ω̄ + l_ω·e,   M̂⁺ = M̂ − l_M·e
 ///
-/// A double pole at e^(−p·T) has l_ω = 1 − e^(−2·p·T) and l_M = (1 − e^(−p·T))²·J/T. The compensation is M̂: integral
-/// action by another name, so the controller's integral fades while it runs. K. Ohnishi, M. Shibata, T. Murakami,
+/// A double pole at e^(−p·T) has l_ω = 1 − e^(−2·p·T) and l_M = (1 − e^(−p·T))²·J/T. The compensation is M̂. It is an
+/// integral action, so the controller's integral fades while it is active. K. Ohnishi, M. Shibata, T. Murakami,
 /// IEEE/ASME Trans. Mechatronics 1 (1996) 56.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DisturbanceObserver<T> {
@@ -29,7 +29,7 @@ pub struct DisturbanceObserver<T> {
     pub torque_limit: T,
 }
 
-/// What the disturbance observer expects.
+/// State of the disturbance observer.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DisturbanceObserverState<T> {
     /// Velocity at the next sample.
@@ -41,7 +41,7 @@ pub struct DisturbanceObserverState<T> {
 }
 
 impl<T: Scalar> DisturbanceObserver<T> {
-    /// From a steady motion: all that is applied is needed.
+    /// From a steady motion: all applied torque balances the disturbance.
     #[inline(always)]
     pub(super) fn begin(&self, state: &mut DisturbanceObserverState<T>, input: CompensationInput<T>) -> T {
         state.velocity = finite_or(input.measured_velocity, T::of(0.0));
@@ -57,7 +57,7 @@ impl<T: Scalar> Block<T> for DisturbanceObserver<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
-        // The model up to this sample, then what it missed.
+        // The model up to this sample, then its error.
         let expected = state.velocity + dt / self.inertia * (input.applied_torque - state.torque);
         let error = input.measured_velocity - expected;
         let velocity = expected + self.velocity_gain * error;

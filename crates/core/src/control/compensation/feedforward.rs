@@ -8,19 +8,19 @@ use crate::friction::{Contact, Friction, Memory, Stribeck};
 use crate::render::smooth_sign;
 use crate::scalar::{Mask, Scalar};
 
-/// The believed curve at the velocity that the set-point will have when the torque acts:
+/// The modelled curve at the velocity of the set-point when the torque acts:
 ///
 ///   M_c = s/√(1 + s²)·M_R(|ṙ⁺|),   s = ṙ⁺/Ω_s,   ṙ⁺ = ṙ + T_p·r̈
 ///
-/// Nothing at rest: what friction holds there it does not know, and the controller must.
+/// Zero at rest: the controller must hold the friction there.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CurveFeedforward<T> {
-    /// The friction that is believed.
+    /// The friction model.
     pub friction: Stribeck<T>,
     /// Velocity at which 71 % of it is fed forward.
     #[field(symbol = "Ω_s", unit = "rad/s", range = 1e-4..=10.0, default = 0.05)]
     pub smoothing_velocity: T,
-    /// From the sample to when its torque acts: 1.5 sampling times and the lag of the servo amplifier.
+    /// Preview from the sample to the action of its torque: 1.5 sampling times and the lag of the servo amplifier.
     #[field(symbol = "T_p", unit = "s", range = 0.0..=1.0, default = 1.8e-3)]
     pub preview: T,
     /// Largest torque of the compensation.
@@ -41,17 +41,16 @@ impl<T: Scalar> Block<T> for CurveFeedforward<T> {
     }
 }
 
-/// The believed friction along the set-point as it will be when the torque acts, with the bristles that the set-point
-/// bends:
+/// The modelled friction along the set-point when the torque acts, with the bristles deflected by the set-point:
 ///
 ///   M_c = M_R(z, ṙ⁺),   ż = ṙ⁺ − α·σ₀·|ṙ⁺|·z/g(|ṙ⁺|),   ṙ⁺ = ṙ + T_p·r̈
 ///
-/// It keeps what the bristles held when the set-point comes to rest: it neither causes nor cures hunting.
+/// It keeps the bristle torque when the set-point comes to rest: it neither causes nor prevents hunting.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionFeedforward<T> {
-    /// The friction that is believed.
+    /// The friction model.
     pub friction: Friction<T>,
-    /// From the sample to when its torque acts: 1.5 sampling times and the lag of the servo amplifier.
+    /// Preview from the sample to the action of its torque: 1.5 sampling times and the lag of the servo amplifier.
     #[field(symbol = "T_p", unit = "s", range = 0.0..=1.0, default = 1.8e-3)]
     pub preview: T,
     /// Largest torque of the compensation.
@@ -59,15 +58,15 @@ pub struct FrictionFeedforward<T> {
     pub torque_limit: T,
 }
 
-/// What the feedforward remembers.
+/// State of the feedforward.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionFeedforwardState<T> {
-    /// What the contact remembers along the set-point.
+    /// State of the contact along the set-point.
     pub memory: Memory<T>,
 }
 
 impl<T: Scalar> FrictionFeedforward<T> {
-    /// Begins with the bristles that a steady motion bends; what they give [N m].
+    /// Starts with the bristle deflection of a steady motion; returns its torque [N m].
     #[inline(always)]
     pub(super) fn begin(&self, state: &mut FrictionFeedforwardState<T>, input: CompensationInput<T>) -> T {
         let (velocity, angle) = input.preview(self.preview);

@@ -10,14 +10,14 @@ use crate::scalar::{Mask, Scalar};
 ///
 ///   F̂ = ζ − λ·J·|ω|,   ζ̇ = λ·(M_M·sgn ω − F̂),   M_c = F̂·sgn ω
 ///
-/// The error decays with λ whatever the motion. The sign is that of a noisy velocity: it hunts at rest and at creeping
+/// The error decays with λ for any motion. The sign is that of a noisy velocity: it hunts at rest and at creeping
 /// speed. B. Friedland, Y.-J. Park, IEEE TAC 37 (1992) 1609, with the exponent 1.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FriedlandPark<T> {
     /// Inertia of motor and load side together.
     #[field(symbol = "J", unit = "kg m^2", range = 1e-9..=10.0, default = 1.01e-3)]
     pub inertia: T,
-    /// How fast the estimate follows; above 100 1/s noise rules.
+    /// Rate of the estimate; above 100 1/s noise dominates.
     #[field(symbol = "λ", unit = "1/s", range = 0.1..=1000.0, default = 100.0)]
     pub rate: T,
     /// Largest torque of the compensation.
@@ -25,16 +25,16 @@ pub struct FriedlandPark<T> {
     pub torque_limit: T,
 }
 
-/// What the observer remembers.
+/// State of the observer.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FriedlandParkState<T> {
-    /// The estimate and what the velocity takes from it.
+    /// The estimate plus the share of the velocity.
     #[field(symbol = "ζ", unit = "N m")]
     pub level: T,
 }
 
 impl<T: Scalar> FriedlandPark<T> {
-    /// From a steady motion: all that is applied is friction.
+    /// From a steady motion: all applied torque is friction.
     #[inline(always)]
     pub(super) fn begin(&self, state: &mut FriedlandParkState<T>, input: CompensationInput<T>) -> T {
         let zero = T::of(0.0);
@@ -57,7 +57,7 @@ impl<T: Scalar> Block<T> for FriedlandPark<T> {
         let estimate = state.level - taken;
         let share = (self.rate * dt).min(T::of(1.0));
         let level = state.level + share * (input.applied_torque * side - estimate);
-        // Friction brakes: within 0 and the limit.
+        // Friction brakes: between 0 and the limit.
         let bounded_level = level.clamp(taken, taken + self.torque_limit);
         state.level = measurable(bounded_level).select(bounded_level, state.level);
         bounded(estimate.clamp(T::of(0.0), self.torque_limit) * side, self.torque_limit)

@@ -1,4 +1,4 @@
-//! Holding a position against stiction: what ends hunting without knowing the friction.
+//! Holding a position against stiction: prevents hunting without a friction model.
 
 use core::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use crate::block::Block;
 use crate::control::reference::Setpoint;
 use crate::scalar::{Mask, Scalar};
 
-/// What holds a position against stiction.
+/// Hold against stiction.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum Hold<T> {
@@ -20,28 +20,29 @@ pub enum Hold<T> {
 
 /// Dead zone, knocker and dither, each of which may be 0: off.
 ///
-/// - Within the dead zone the controller's integral rests, so that it does not wind up against stiction.
-/// - Once the set-point has rested, short pulses towards the set-point knock the drive free where the deviation is above
+/// - Within the dead zone the controller's integral is frozen, so that it does not wind up against stiction.
+/// - Once the set-point has been constant, short pulses towards the set-point release the drive where the deviation is
+/// above
 ///   the knock zone. T. Hägglund, J. Process Control 12 (2002) 897.
-/// - A sinusoidal torque keeps the contact moving; off the resonance of the coupling, please.
+/// - A sinusoidal torque keeps the contact moving; its frequency must be away from the resonance of the coupling.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct StictionHold<T> {
-    /// Deviation within which the controller's integral rests.
+    /// Deviation within which the controller's integral is frozen.
     #[field(symbol = "e_d", unit = "rad", range = 0.0..=1.0)]
     pub dead_zone: T,
-    /// Torque of a knock; somewhat more than the friction falls after breakaway, 1.2·(M_S − M_K), is a good start.
+    /// Torque of a knock; slightly more than the drop of friction after breakaway, 1.2·(M_S − M_K), is a good start.
     #[field(symbol = "M_k", unit = "N m", range = 0.0..=100.0)]
     pub knock_torque: T,
     /// Duration of a knock.
     #[field(symbol = "T_k", unit = "s", range = 1e-5..=1.0, default = 3e-3)]
     pub knock_duration: T,
-    /// From the begin of a knock to the next.
+    /// Time from the start of a knock to the next.
     #[field(symbol = "T_i", unit = "s", range = 1e-4..=100.0, default = 0.05)]
     pub knock_interval: T,
-    /// Deviation above which there are knocks.
+    /// Deviation above which knocks occur.
     #[field(symbol = "e_k", unit = "rad", range = 0.0..=1.0, default = 1e-3)]
     pub knock_zone: T,
-    /// How long the set-point must have rested before.
+    /// Time for which the set-point must have been constant.
     #[field(symbol = "T_d", unit = "s", range = 0.0..=100.0, default = 0.1)]
     pub dwell: T,
     /// Amplitude of the dither.
@@ -52,16 +53,16 @@ pub struct StictionHold<T> {
     pub dither_frequency: T,
 }
 
-/// What holding remembers.
+/// State of the hold.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct HoldState<T> {
-    /// How long the set-point has rested, up to the dwell.
+    /// Time for which the set-point has been constant, up to the dwell.
     #[field(unit = "s")]
     pub rested: T,
-    /// Since the begin of the last knock, up to the interval.
+    /// Time since the start of the last knock, up to the interval.
     #[field(unit = "s")]
     pub since_knock: T,
-    /// Torque of that knock.
+    /// Torque of the last knock.
     #[field(unit = "N m")]
     pub knock: T,
     /// Position of the set-point in the sample before.
@@ -72,7 +73,7 @@ pub struct HoldState<T> {
     pub phase: T,
 }
 
-/// What holding reads.
+/// Inputs of the hold.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct HoldInput<T> {
     /// Set-point.
@@ -82,7 +83,7 @@ pub struct HoldInput<T> {
     pub measured_angle: T,
 }
 
-/// What holding gives.
+/// Outputs of the hold.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct HoldOutput<T> {
     /// Torque of knock and dither.
@@ -101,13 +102,13 @@ impl<T: Scalar> Block<T> for StictionHold<T> {
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         let (zero, one) = (T::of(0.0), T::of(1.0));
-        // No number is no deviation: no knock.
+        // A non-finite deviation gives no knock.
         let deviation = finite_or(input.reference.position - input.measured_angle, zero);
         let moves = input.reference.velocity.abs() + input.reference.acceleration.abs();
         let stays = input.reference.position.le(state.position) & input.reference.position.ge(state.position);
         let rests = moves.le(zero) & stays;
         state.position = finite_or(input.reference.position, state.position);
-        // Half a step of slack, or rounding would shift what lasts whole samples.
+        // Half a step of tolerance, since rounding would shift durations of whole samples.
         let slack = T::of(0.5) * dt;
         let (rested, since_knock) = (state.rested + slack, state.since_knock + slack);
         let dwelt = rested.ge(self.dwell) & since_knock.ge(self.knock_interval);

@@ -1,7 +1,7 @@
-//! Compensation of friction, beside any position controller.
+//! Compensation of friction, added to any position controller.
 //!
-//! One kind at a time: a disturbance observer and a feedforward would both give the torque that friction takes, and the
-//! drive would be pushed twice. Each kind is bounded, and takes what is no number for no change.
+//! One kind at a time: a disturbance observer and a feedforward would both supply the friction torque, and the drive
+//! would get it twice. Each kind is bounded, and ignores non-finite inputs.
 
 mod adaptive;
 mod disturbance_observer;
@@ -29,7 +29,7 @@ use crate::Fields;
 use crate::block::Block;
 use crate::scalar::Scalar;
 
-/// What compensation of friction reads: the set-point, and what the drive did in the sample before.
+/// Inputs of compensation of friction: the set-point, and the motion of the drive in the sample before.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CompensationInput<T> {
     /// Set-point.
@@ -43,7 +43,7 @@ pub struct CompensationInput<T> {
     /// Torque of the drive motor in the sample that ends.
     #[field(symbol = "M_M", unit = "N m")]
     pub applied_torque: T,
-    /// Torque that was computed in it: in force until the next one.
+    /// Torque that was computed in it: active until the next one.
     #[field(symbol = "M_M", unit = "N m")]
     pub pending_torque: T,
 }
@@ -58,26 +58,26 @@ impl<T: Scalar> CompensationInput<T> {
     }
 }
 
-/// What compensation of friction gives.
+/// Outputs of compensation of friction.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CompensationOutput<T> {
     /// Torque to be added to the controller's.
     #[field(symbol = "M_c", unit = "N m")]
     pub torque: T,
-    /// Torque that it gives from the next sample on in place of the controller's integral.
+    /// Torque that it supplies from the next sample on in place of the controller's integral.
     #[field(unit = "N m")]
     pub taken: T,
 }
 
-/// How friction is compensated.
+/// Kind of compensation of friction.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum Compensation<T> {
-    /// Not at all.
+    /// None.
     Nothing,
-    /// The believed curve at the set-point's velocity.
+    /// The modelled curve at the set-point's velocity.
     Curve(CurveFeedforward<T>),
-    /// The believed friction, presliding included, along the set-point.
+    /// The modelled friction, presliding included, along the set-point.
     Feedforward(FrictionFeedforward<T>),
     /// The same with a curve that is estimated while the drive runs.
     Adaptive(AdaptiveStribeck<T>),
@@ -85,9 +85,9 @@ pub enum Compensation<T> {
     FriedlandPark(FriedlandPark<T>),
     /// The friction of an observed drive.
     FrictionObserver(FrictionObserver<T>),
-    /// All that the drive's inertia does not explain, in place of the controller's integral.
+    /// All torque that the drive's inertia does not explain, in place of the controller's integral.
     DisturbanceObserver(DisturbanceObserver<T>),
-    /// What a trained network finds along the set-point.
+    /// Output of a trained network along the set-point.
     Network(NetworkFeedforward<T>),
 }
 
@@ -109,7 +109,7 @@ pub struct CompensationState<T> {
 }
 
 impl<T: Scalar> Compensation<T> {
-    /// Whether it follows the set-point, and leaves to the controller what is no friction.
+    /// Whether it follows the set-point, and leaves all other torques to the controller.
     pub(super) fn feeds_forward(&self) -> bool {
         matches!(
             self,
@@ -120,7 +120,7 @@ impl<T: Scalar> Compensation<T> {
         )
     }
 
-    /// Share of the controller's integral that is forgotten in a sample: a disturbance observer takes its place.
+    /// Share of the controller's integral that is forgotten in a sample: a disturbance observer replaces it.
     #[inline(always)]
     pub(super) fn takes_the_integral(&self) -> T {
         match self {
@@ -129,7 +129,7 @@ impl<T: Scalar> Compensation<T> {
         }
     }
 
-    /// Begins while the drive follows this set-point steadily; what it then gives [N m]. States of other kinds stay.
+    /// Starts while the drive follows this set-point steadily; returns its torque [N m]. States of other kinds stay.
     #[inline(never)]
     pub(super) fn begin(&self, state: &mut CompensationState<T>, input: CompensationInput<T>) -> T {
         let torque = match self {
@@ -151,7 +151,7 @@ impl<T: Scalar> Block<T> for Compensation<T> {
     type Input = CompensationInput<T>;
     type Output = CompensationOutput<T>;
 
-    // Out of line like the laws: long, and not in every tick.
+    // Out of line like the laws: long, and not active in every tick.
     #[inline(never)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         match self {
@@ -167,7 +167,7 @@ impl<T: Scalar> Block<T> for Compensation<T> {
     }
 }
 
-/// A torque within ±`limit`; none for what is no number.
+/// A torque within ±`limit`; 0 for a non-finite one.
 #[inline(always)]
 fn bounded<T: Scalar>(torque: T, limit: T) -> CompensationOutput<T> {
     CompensationOutput { torque: finite_or(torque, T::of(0.0)).clamp(-limit, limit), taken: T::of(0.0) }

@@ -11,19 +11,19 @@ use crate::control::{finite_or, measurable};
 use crate::fields::{Relation, at_most};
 use crate::scalar::{Mask, Scalar};
 
-/// What a network sees of the set-point, see [`SetpointFeatures`].
+/// Features of the set-point as inputs of the network, see [`SetpointFeatures`].
 pub const FEATURES: usize = 6;
 /// Neurons of each hidden layer.
 pub const NEURONS: usize = 16;
 
-/// What of a set-point says which friction it meets:
+/// Features of a set-point that determine the friction:
 ///
 ///   f = (ṙ⁺, r̈, ṙ⁺/(Ω₁ + |ṙ⁺|), ṙ⁺/(Ω₂ + |ṙ⁺|), m₁, m₂),   dmᵢ = (sgn ṙ⁺ − mᵢ)·|dr⁺|/ϑᵢ
 ///
-/// Two smooth signs spread out the speeds near 0, where friction changes most. Two memories know which way the set-point
-/// went before it turned: the first turns over as bristles do, the second as bristles and coupling. Their way is that of
-/// the set-point's mean velocity in the sample, and they relax exponentially along it, so that they do not depend on the
-/// step. P. R. Dahl, AIAA Journal 14 (1976) 1675.
+/// Two smooth signs resolve the speeds near 0, where friction changes most. Two memories store the direction before a
+/// reversal: the first changes over the distance of the bristles, the second over that of bristles and coupling. The
+/// distance is that of the set-point's mean velocity in the sample, and the memories relax exponentially along it, so
+/// that they do not depend on the step. P. R. Dahl, AIAA Journal 14 (1976) 1675.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct SetpointFeatures<T> {
     /// Velocity at which the first smooth sign is one half.
@@ -32,21 +32,21 @@ pub struct SetpointFeatures<T> {
     /// Velocity at which the second smooth sign is one half.
     #[field(symbol = "Ω₂", unit = "rad/s", range = 1e-4..=1e3, default = 3.0)]
     pub fast_velocity: T,
-    /// Way along which the first memory turns over.
+    /// Distance over which the first memory changes.
     #[field(symbol = "ϑ₁", unit = "rad", range = 1e-7..=1e3, default = 1.5e-4)]
     pub short_twist: T,
-    /// Way along which the second memory turns over.
+    /// Distance over which the second memory changes.
     #[field(symbol = "ϑ₂", unit = "rad", range = 1e-7..=1e3, default = 4e-3)]
     pub long_twist: T,
 }
 
-/// What the features remember.
+/// State of the features.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FeatureState<T> {
-    /// Which way the set-point went, over the short twist.
+    /// Direction of the set-point, over the short twist.
     #[field(symbol = "m₁", unit = "1")]
     pub short_memory: T,
-    /// The same over the long one.
+    /// Direction of the set-point, over the long twist.
     #[field(symbol = "m₂", unit = "1")]
     pub long_memory: T,
 }
@@ -63,67 +63,67 @@ impl<T: Scalar> SetpointFeatures<T> {
         };
         state.short_memory = turned(state.short_memory, self.short_twist);
         state.long_memory = turned(state.long_memory, self.long_twist);
-        self.seen(state, velocity, acceleration)
+        self.features(state, velocity, acceleration)
     }
 
-    /// Those of a motion that has been steady for long.
+    /// Features of a motion that has been steady for long.
     #[inline(always)]
     fn settled(&self, state: &mut FeatureState<T>, velocity: T, acceleration: T) -> [T; FEATURES] {
         let side = velocity.sign();
         *state = FeatureState { short_memory: side, long_memory: side };
-        self.seen(state, velocity, acceleration)
+        self.features(state, velocity, acceleration)
     }
 
     #[inline(always)]
-    fn seen(&self, state: &FeatureState<T>, velocity: T, acceleration: T) -> [T; FEATURES] {
+    fn features(&self, state: &FeatureState<T>, velocity: T, acceleration: T) -> [T; FEATURES] {
         let smooth_sign = |half: T| velocity / (half + velocity.abs());
         let signs = [smooth_sign(self.slow_velocity), smooth_sign(self.fast_velocity)];
         [velocity, acceleration, signs[0], signs[1], state.short_memory, state.long_memory]
     }
 }
 
-/// Two layers of neurons between the features and the torque, and where they know something:
+/// Two layers of neurons between the features and the torque, and their region of validity:
 ///
 ///   x = (f − f₀)/s,   h₁ = tanh(W₁ᵀ·x + b₁),   h₂ = tanh(W₂ᵀ·h₁ + b₂),   M = wᵀ·h₂ + b
 ///
-/// The region is that of the features that it was trained with. Outside, nothing is known of what it gives: its share
-/// falls from 1 to 0 within a margin, by the feature that is farthest out.
+/// The region is that of the training features. Outside, the output is not valid: its share falls from 1 to 0 within a
+/// margin, by the feature that is farthest outside.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = Network::law)]
 pub struct Network<T> {
-    /// What it sees.
+    /// Features at the input.
     pub features: SetpointFeatures<T>,
-    /// What is taken from each feature, in the feature's unit.
+    /// Offset of each feature, in the feature's unit.
     #[field(symbol = "f₀", unit = "1", range = -1e9..=1e9)]
     pub offset: [T; FEATURES],
-    /// What each feature is divided by then.
+    /// Scale of each feature.
     #[field(symbol = "s", unit = "1", range = 1e-9..=1e9, default = 1.0)]
     pub scale: [T; FEATURES],
-    /// Smallest of each feature that it was trained with.
+    /// Smallest value of each feature in the training.
     #[field(symbol = "f_min", unit = "1", range = -1e9..=1e9)]
     pub smallest: [T; FEATURES],
-    /// Largest of each feature that it was trained with.
+    /// Largest value of each feature in the training.
     #[field(symbol = "f_max", unit = "1", range = -1e9..=1e9)]
     pub largest: [T; FEATURES],
-    /// How far outside it gives nothing more, in scales of the feature.
+    /// Distance outside the region at which the output is 0, in scales of the feature.
     #[field(symbol = "μ", unit = "1", range = 1e-3..=10.0, default = 0.1)]
     pub margin: T,
     /// Weights from each feature to all neurons of the first layer.
     #[field(symbol = "W₁", unit = "1", range = -1e4..=1e4)]
     pub first: [[T; NEURONS]; FEATURES],
-    /// What is added there.
+    /// Bias of the first layer.
     #[field(symbol = "b₁", unit = "1", range = -1e4..=1e4)]
     pub first_bias: [T; NEURONS],
     /// Weights from each neuron of the first layer to all of the second.
     #[field(symbol = "W₂", unit = "1", range = -1e4..=1e4)]
     pub second: [[T; NEURONS]; NEURONS],
-    /// What is added there.
+    /// Bias of the second layer.
     #[field(symbol = "b₂", unit = "1", range = -1e4..=1e4)]
     pub second_bias: [T; NEURONS],
     /// Torque per neuron of the second layer.
     #[field(symbol = "w", unit = "N m", range = -1e4..=1e4)]
     pub output: [T; NEURONS],
-    /// What is added there.
+    /// Bias of the output.
     #[field(symbol = "b", unit = "N m", range = -1e4..=1e4)]
     pub output_bias: T,
 }
@@ -134,7 +134,7 @@ impl<T: Scalar> Network<T> {
         core::array::from_fn(|k| at_most("smallest", self.smallest[k], self.largest[k], remedy))
     }
 
-    /// The torque [N m], and how much of it counts: 1 inside the region, 0 beyond the margin and for what is no number.
+    /// The torque [N m] and its share: 1 inside the region, 0 beyond the margin and for non-finite features.
     #[inline(always)]
     pub fn evaluate(&self, features: &[T; FEATURES]) -> (T, T) {
         let (zero, one) = (T::of(0.0), T::of(1.0));
@@ -156,7 +156,7 @@ impl<T: Scalar> Network<T> {
     }
 }
 
-/// A layer of neurons behind these inputs; the weights of an input to all neurons lie side by side.
+/// A layer of neurons behind these inputs; the weights of an input to all neurons are adjacent.
 #[inline(always)]
 fn layer<T: Scalar, const N: usize>(weights: &[[T; NEURONS]; N], bias: &[T; NEURONS], inputs: &[T; N]) -> [T; NEURONS] {
     let mut sums = *bias;
@@ -179,34 +179,34 @@ fn tanh<T: Scalar>(x: T) -> T {
     T::of(1.0) - T::of(2.0) / (T::of(1.0) + double.exp())
 }
 
-/// The friction that a trained network finds along the set-point; the believed one where it was not trained:
+/// The output of a trained network along the set-point; the friction model outside its region:
 ///
 ///   M_c = α·M_N(f) + (1 − α)·M_F
 ///
-/// M_N and its share α are those of the [`Network`], M_F is that of the [`FrictionFeedforward`]. It sees the set-point as
-/// it will be when the torque acts. What it was trained with it repeats, errors included: where a friction is known by a
-/// curve and its bristles, [`FrictionFeedforward`] does the same with six numbers that somebody can read. Take this for
-/// what no such model has: different directions, a guide that is tight at some speeds, a gear that has a friction of its
-/// own. It learns nothing while the drive runs; where friction wanders take [`AdaptiveStribeck`](super::AdaptiveStribeck).
+/// M_N and its share α are those of the [`Network`], M_F is that of the [`FrictionFeedforward`]. Its input is the
+/// set-point when the torque acts. It repeats its training data, errors included: where a friction is described by a
+/// curve and its bristles, [`FrictionFeedforward`] does the same with six readable numbers. Use this for effects that
+/// no such model has: different directions, a guide that is tight at some speeds, the friction of a gear. It does not
+/// adapt while the drive runs; for varying friction use [`AdaptiveStribeck`](super::AdaptiveStribeck).
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct NetworkFeedforward<T> {
-    /// What was trained.
+    /// The trained network.
     pub network: Network<T>,
-    /// What is in force where it was not; preview and limit are those of both.
+    /// Fallback outside the trained region; preview and limit are those of both.
     pub fallback: FrictionFeedforward<T>,
 }
 
-/// What the network and what stands in for it remember.
+/// State of the network and its fallback.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct NetworkFeedforwardState<T> {
     /// Of the features.
     pub features: FeatureState<T>,
-    /// Of the believed friction.
+    /// State of the fallback.
     pub fallback: FrictionFeedforwardState<T>,
 }
 
 impl<T: Scalar> NetworkFeedforward<T> {
-    /// Begins as if the set-point had moved steadily for long; what it gives then [N m].
+    /// Starts as if the set-point had moved steadily for long; returns its torque [N m].
     #[inline(always)]
     pub(super) fn begin(&self, state: &mut NetworkFeedforwardState<T>, input: CompensationInput<T>) -> T {
         let fallback = self.fallback.begin(&mut state.fallback, input);
@@ -247,7 +247,7 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    /// 0.5 N m along the way that the set-point goes, trained up to 10 rad/s and 100 rad/s².
+    /// 0.5 N m in the direction of the set-point, trained up to 10 rad/s and 100 rad/s².
     fn constant() -> NetworkFeedforward<f64> {
         let mut network = Network::<f64> {
             scale: [10.0, 100.0, 1.0, 1.0, 1.0, 1.0],
@@ -267,44 +267,44 @@ mod tests {
         CompensationInput { reference, ..CompensationInput::default() }
     }
 
-    /// What is given after a while at this velocity.
+    /// Torque after a while at this velocity.
     fn steady(block: &NetworkFeedforward<f64>, velocity: f64) -> f64 {
         let mut state = NetworkFeedforwardState::default();
         (0..300).map(|_| block.step(&mut state, input(velocity, 0.0), DT).torque).last().unwrap()
     }
 
     #[test]
-    fn inside_the_region_it_is_the_network_outside_the_belief_and_between_both() {
+    fn inside_the_region_it_is_the_network_outside_the_model_and_between_a_mixture() {
         let block = constant();
-        let believed = |velocity: f64| block.fallback.friction.steady_torque(velocity, 0.0, 0.0);
+        let modelled = |velocity: f64| block.fallback.friction.steady_torque(velocity, 0.0, 0.0);
         for velocity in [-9.9, -0.2, 0.2, 9.9] {
             assert!((steady(&block, velocity) - 0.5 * velocity.signum()).abs() < 1e-12, "{velocity}");
         }
         for velocity in [-40.0, -11.01, 11.01, 40.0] {
-            assert!((steady(&block, velocity) - believed(velocity)).abs() < 1e-9, "{velocity}");
+            assert!((steady(&block, velocity) - modelled(velocity)).abs() < 1e-9, "{velocity}");
         }
         // A tenth of the scale is the margin: no jump on the way.
         let course: [f64; 141] = core::array::from_fn(|k| steady(&block, 9.8 + 0.01 * k as f64));
-        assert!((steady(&block, 10.5) - 0.5 * (0.5 + believed(10.5))).abs() < 1e-9);
+        assert!((steady(&block, 10.5) - 0.5 * (0.5 + modelled(10.5))).abs() < 1e-9);
         assert!(course.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.01), "{course:?}");
-        // An acceleration that was never seen.
+        // An acceleration outside the training.
         let mut state = NetworkFeedforwardState::default();
         let fast = (0..300).map(|_| block.step(&mut state, input(5.0, 120.0), DT).torque).last().unwrap();
         let ahead = 5.0 + block.fallback.preview * 120.0;
-        assert!((fast - believed(ahead)).abs() < 1e-6, "{fast} instead of {}", believed(ahead));
+        assert!((fast - modelled(ahead)).abs() < 1e-6, "{fast} instead of {}", modelled(ahead));
     }
 
     #[test]
-    fn a_network_that_was_not_trained_is_the_belief_wherever_anything_moves() {
+    fn an_untrained_network_gives_the_friction_model_in_motion() {
         let block = NetworkFeedforward { network: Network::default(), ..constant() };
         for velocity in [-3.0, 0.5, 20.0] {
-            let believed = block.fallback.friction.steady_torque(velocity, 0.0, 0.0);
-            assert!((steady(&block, velocity) - believed).abs() < 1e-9, "{velocity}");
+            let modelled = block.fallback.friction.steady_torque(velocity, 0.0, 0.0);
+            assert!((steady(&block, velocity) - modelled).abs() < 1e-9, "{velocity}");
         }
     }
 
     #[test]
-    fn it_gives_no_more_than_its_limit_and_nothing_for_what_is_no_number() {
+    fn the_torque_keeps_its_limit_and_is_0_for_non_finite_inputs() {
         let mut block = constant();
         block.network.output[7] = 1e4;
         assert_eq!(steady(&block, 5.0), block.fallback.torque_limit);
@@ -370,12 +370,12 @@ mod tests {
     }
 
     #[test]
-    fn it_takes_over_where_it_would_be() {
+    fn it_starts_in_its_steady_state() {
         let block = constant();
         for velocity in [-4.0, 0.7, 30.0] {
             let mut state = NetworkFeedforwardState::default();
-            let begun = block.begin(&mut state, input(velocity, 0.0));
-            assert!((begun - steady(&block, velocity)).abs() < 1e-9, "{velocity}: {begun}");
+            let start = block.begin(&mut state, input(velocity, 0.0));
+            assert!((start - steady(&block, velocity)).abs() < 1e-9, "{velocity}: {start}");
         }
         let mut state = NetworkFeedforwardState::default();
         block.begin(&mut state, input(f64::NAN, 0.0));
@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tangent_is_that_of_everybody_and_bounded() {
+    fn the_tangent_is_that_of_libm_and_bounded() {
         for k in -400..=400 {
             let x = 0.1 * f64::from(k);
             assert!((tanh(x) - libm::tanh(x)).abs() < 4e-16, "{x}");

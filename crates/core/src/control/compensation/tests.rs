@@ -1,4 +1,4 @@
-//! Laws of each kind of compensation, and of holding.
+//! Tests of each kind of compensation, and of the hold.
 
 use std::vec::Vec;
 
@@ -58,7 +58,7 @@ fn network() -> NetworkFeedforward<f64> {
     NetworkFeedforward { network, fallback: FrictionFeedforward { friction, ..FrictionFeedforward::default() } }
 }
 
-/// Begins in a steady motion: the state and what is given then.
+/// Starts in a steady motion: the state and the torque.
 fn begin(compensation: &Compensation<f64>, input: CompensationInput<f64>) -> (CompensationState<f64>, f64) {
     let mut state = CompensationState::default();
     let torque = compensation.begin(&mut state, input);
@@ -79,7 +79,7 @@ fn input(velocity: f64, applied_torque: f64) -> CompensationInput<f64> {
     }
 }
 
-/// A rigid drive that slides with this friction [N m] of its velocity, its torque in force one sample late.
+/// A rigid drive that slides with this friction [N m] of its velocity, its torque active one sample late.
 struct Sliding<F> {
     friction: F,
     angle: f64,
@@ -94,7 +94,7 @@ impl<F: Fn(f64) -> f64> Sliding<F> {
         Sliding { friction, angle: 0.0, velocity, in_force: torque, applied: torque }
     }
 
-    /// One sample: `torque` comes into force after it.
+    /// One sample: `torque` becomes active after it.
     fn sample(&mut self, torque: f64) {
         self.angle += DT * self.velocity;
         self.velocity += DT / INERTIA * (self.in_force - (self.friction)(self.velocity));
@@ -118,7 +118,7 @@ fn feedforward_along_a_constant_speed_is_the_curve() {
     for velocity in [-20.0, -0.5, 0.3, 5.0] {
         let expected = curve().torque(velocity);
         for compensation in &all()[..3] {
-            let (mut state, begun) = begin(compensation, input(velocity, expected));
+            let (mut state, start) = begin(compensation, input(velocity, expected));
             let mut torque = 0.0;
             for _ in 0..200 {
                 torque = compensation.step(&mut state, input(velocity, expected), DT).torque;
@@ -126,7 +126,7 @@ fn feedforward_along_a_constant_speed_is_the_curve() {
             // A smooth sign of 0.05 rad/s lacks 1.4 % at 0.3 rad/s.
             let tolerance = if matches!(compensation, Compensation::Curve(_)) { 0.02 } else { 1e-9 };
             assert!((torque - expected).abs() < tolerance * expected.abs(), "{compensation:?} {velocity}: {torque}");
-            assert!((begun - torque).abs() < 1e-9, "it begins with {begun} and gives {torque}");
+            assert!((start - torque).abs() < 1e-9, "it begins with {start} and gives {torque}");
         }
     }
 }
@@ -152,7 +152,7 @@ fn feedforward_is_that_of_the_moment_when_it_acts() {
 }
 
 #[test]
-fn what_the_bristles_hold_stays_when_the_set_point_rests() {
+fn the_bristle_torque_stays_when_the_set_point_is_constant() {
     let compensation = all()[1];
     let (mut state, _) = begin(&compensation, input(2.0, 0.0));
     let mut torques = [0.0; 2];
@@ -166,7 +166,7 @@ fn what_the_bristles_hold_stays_when_the_set_point_rests() {
 }
 
 #[test]
-fn the_adaptive_curve_finds_what_it_is_started_wrong_about() {
+fn the_adaptive_curve_converges_from_a_wrong_start() {
     let wrong = Stribeck { breakaway_torque: 0.225, kinetic_torque: 0.1, viscous_friction: 0.0, ..curve() };
     let adaptive =
         AdaptiveStribeck { friction: wrong, bristles: bristles(), freeze_velocity: 0.3, ..AdaptiveStribeck::default() };
@@ -185,7 +185,7 @@ fn the_adaptive_curve_finds_what_it_is_started_wrong_about() {
 }
 
 #[test]
-fn the_adaptive_curve_rests_while_the_velocity_is_noise() {
+fn the_adaptive_curve_is_frozen_while_the_velocity_is_noise() {
     let Compensation::Adaptive(adaptive) = all()[2] else { panic!("the third") };
     let mut state = AdaptiveStribeckState::default();
     adaptive.begin(&mut state, input(0.0, 0.0));
@@ -206,7 +206,7 @@ fn the_adaptive_curve_stays_friction_and_its_covariance_bounded() {
     let Compensation::Adaptive(adaptive) = all()[2] else { panic!("the third") };
     let mut state = AdaptiveStribeckState::default();
     adaptive.begin(&mut state, input(3.0, 0.0));
-    // A torque against the motion: somebody else pushes. At one speed nothing tells the three numbers apart.
+    // A torque against the motion: an external push. At one speed the three numbers are not identifiable.
     for _ in 0..200_000 {
         adaptive.step(&mut state, input(3.0, -0.5), DT);
     }
@@ -217,7 +217,7 @@ fn the_adaptive_curve_stays_friction_and_its_covariance_bounded() {
 }
 
 #[test]
-fn friedland_and_park_find_coulomb_friction_at_their_rate() {
+fn friedland_and_park_converge_to_coulomb_friction_at_their_rate() {
     let observer = FriedlandPark::<f64>::default();
     let mut drive = Sliding::at(5.0, |velocity: f64| 0.2 * velocity.signum());
     let mut state = FriedlandParkState { level: observer.rate * observer.inertia * drive.velocity };
@@ -253,7 +253,7 @@ fn the_disturbance_observer_has_the_double_pole_that_it_is_designed_for() {
 }
 
 #[test]
-fn no_kind_exceeds_its_limit_or_keeps_what_is_no_number() {
+fn no_kind_exceeds_its_limit_or_keeps_a_non_finite_number() {
     for compensation in all() {
         let (mut state, _) = begin(&compensation, input(2.0, 0.3));
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, 1e9] {
@@ -279,7 +279,7 @@ fn no_kind_exceeds_its_limit_or_keeps_what_is_no_number() {
 }
 
 #[test]
-fn an_observed_friction_is_compensated_while_the_set_point_moves_and_let_go_when_it_rests() {
+fn an_observed_friction_is_compensated_while_the_set_point_moves_and_released_when_it_is_constant() {
     let compensation = FrictionObserver {
         observer: DriveObserver::unhurried(INERTIA, bristles().under(curve()), DT),
         share: 0.5,
@@ -312,7 +312,7 @@ fn hold() -> StictionHold<f64> {
     StictionHold { dead_zone: 1.2e-3, knock_torque: 0.3, knock_zone: 0.9e-3, ..StictionHold::default() }
 }
 
-/// Torques of so many samples at a set-point and an angle.
+/// Torques of a number of samples at a set-point and an angle.
 fn holding(hold: &StictionHold<f64>, state: &mut HoldState<f64>, position: f64, angle: f64, samples: u32) -> Vec<f64> {
     let reference = Setpoint { position, ..Setpoint::default() };
     (0..samples).map(|_| hold.step(state, HoldInput { reference, measured_angle: angle }, DT).torque).collect()
@@ -332,13 +332,13 @@ fn knocks_come_towards_the_set_point_once_it_rests_and_only_outside_the_zone() {
     assert!(other_side.contains(&-0.3));
     holding(&hold, &mut state, 1.0, 1.0005, 5);
     assert!(holding(&hold, &mut state, 1.0, 1.0005, 400).iter().all(|&torque| torque == 0.0), "within the zone");
-    // A set-point that jumped must rest anew.
+    // A set-point that jumped must be constant again.
     assert!(holding(&hold, &mut state, 2.0, 1.0, 100).iter().all(|&torque| torque == 0.0));
     assert!(holding(&hold, &mut state, 2.0, 1.0, 3).contains(&0.3));
 }
 
 #[test]
-fn within_the_dead_zone_the_integral_rests() {
+fn within_the_dead_zone_the_integral_is_frozen() {
     let hold = hold();
     let at = |angle: f64| {
         let reference = Setpoint { position: 1.0, ..Setpoint::default() };

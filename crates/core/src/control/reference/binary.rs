@@ -5,7 +5,7 @@ use crate::Fields;
 use crate::fields::{Relation, at_most};
 use crate::scalar::Scalar;
 
-/// A speed that jumps between two values of opposite sign at each chip as a maximum-length sequence says, smoothed to a
+/// A speed that jumps between two values of opposite sign at each chip of a maximum-length sequence, smoothed to a
 /// limited acceleration. White up to 0.44 of the chip rate.
 ///
 /// The sequence has one chip more of one sign than of the other; its mean is taken off, so that the position repeats
@@ -22,7 +22,7 @@ pub struct Prbs<T> {
     /// Length n of the shift register.
     #[field(symbol = "n", unit = "1", whole, range = 3.0..=16.0, default = 9.0)]
     pub order: T,
-    /// How fast the speed changes from one value to the other.
+    /// Acceleration between the two speeds.
     #[field(symbol = "α", unit = "rad/s^2", range = 1e-3..=1e6, default = 500.0)]
     pub acceleration: T,
 }
@@ -33,12 +33,12 @@ const TAPS: [u32; 14] = [0x3, 0x3, 0x5, 0x3, 0x3, 0x1d, 0x11, 0x9, 0x5, 0x53, 0x
 impl<T: Scalar> Prbs<T> {
     /// The speed arrives within its chip.
     fn law(&self) -> [Relation<T>; 1] {
-        let remedy = "Lengthen the chips, or allow more acceleration, for the speed to arrive within its chip.";
+        let remedy = "Increase the chip time or the acceleration, so that the speed is reached within its chip.";
         [at_most("amplitude", self.amplitude, T::of(0.5) * self.acceleration * self.chip_time, remedy)]
     }
 }
 
-/// Where the sequence is.
+/// Position within the sequence.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BinarySequence {
     prbs: Prbs<f64>,
@@ -71,7 +71,7 @@ impl BinarySequence {
         self.prbs.amplitude * (sign - 1.0 / f64::from((1u32 << order) - 1))
     }
 
-    /// So long [s] into the present chip.
+    /// The set-point at a time [s] in the present chip.
     fn at(&self, time: f64) -> Setpoint<f64> {
         let change = self.to - self.from;
         let acceleration = if change < 0.0 { -self.prbs.acceleration } else { self.prbs.acceleration };

@@ -13,7 +13,7 @@ pub struct Generator<'a> {
     cycle: u64,
 }
 
-/// Where set-points come from.
+/// Source of set-points.
 #[derive(Clone, Copy, Debug)]
 enum Source<'a> {
     /// A function of time.
@@ -39,24 +39,24 @@ impl<'a> Generator<'a> {
     }
 
     /// Follows positions [rad] that were sampled at `sample_rate` [Hz], as read from a file, with straight lines between
-    /// them; the last one stays. The velocity jumps from line to line. A NaN among the samples is passed on: controllers
-    /// answer it without torque, and the supervision with a fault.
+    /// them; the last one stays. The velocity jumps from line to line. A NaN among the samples is passed on:
+    /// controllers respond with zero torque, and the supervision with a fault.
     pub fn from_samples(samples: &'a [f64], sample_rate: f64, rate: f64) -> Self {
         Generator { source: Source::Samples(samples, sample_rate), origin: 0.0, rate, cycle: 0 }
     }
 
-    /// The same, counted from this position [rad]: where the screw is, so that nothing jumps at the start.
+    /// The same, counted from this position [rad]: the present one, so that nothing jumps at the start.
     pub fn with_origin(mut self, position: f64) -> Self {
         self.origin = position;
         self
     }
 
-    /// Where it begins [rad].
+    /// Position at the start [rad].
     pub fn origin(&self) -> f64 {
         self.origin
     }
 
-    /// The cycle whose set-point comes next.
+    /// The cycle of the next set-point.
     pub fn cycle(&self) -> u64 {
         self.cycle
     }

@@ -1,8 +1,8 @@
-//! Set-points: what the position controller is asked to follow.
+//! Set-points of the position controller.
 //!
-//! A [`Reference`] is a set of numbers, a [`Generator`] gives one [`Setpoint`] a cycle from it. Time is the integer
-//! cycle: after hours the set-point is as exact as in the first second, and the same in every run. Each kind begins at
-//! the generator's origin at rest, and says whether its velocity or acceleration jumps.
+//! A [`Reference`] is a set of numbers, a [`Generator`] computes one [`Setpoint`] for each cycle from it. Time is the
+//! integer cycle: after hours the set-point is as exact as in the first second, and the same in every run. Each kind
+//! starts at the generator's origin at rest, and documents whether its velocity or acceleration jumps.
 
 mod binary;
 mod generator;
@@ -23,7 +23,7 @@ mod tests;
 
 use crate::Fields;
 
-/// Where the screw should be, and how it should move there.
+/// Position of the screw, and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Setpoint<T> {
     /// Screw angle.
@@ -37,7 +37,7 @@ pub struct Setpoint<T> {
     pub acceleration: T,
 }
 
-/// A position that stays.
+/// A constant position.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Constant<T> {
     /// The position, from the origin; other than 0 it is a jump at the start.
@@ -45,22 +45,22 @@ pub struct Constant<T> {
     pub position: T,
 }
 
-/// Steps to a height and back, endlessly. The position jumps.
+/// Steps to a height and back, endless. The position jumps.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Steps<T> {
-    /// How far.
+    /// Height of the steps.
     #[field(symbol = "r₀", unit = "rad", range = -1e5..=1e5, default = 0.1)]
     pub height: T,
-    /// Time below and time above; the first step comes after it.
+    /// Time at each end; the first step comes after it.
     #[field(symbol = "T", unit = "s", range = 1e-3..=1e5, default = 0.5)]
     pub hold_time: T,
 }
 
-/// What is to be followed.
+/// Kind of reference.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "reference")]
 pub enum Reference<T> {
-    /// A position that stays.
+    /// A constant position.
     Constant(Constant<T>),
     /// Steps to a height and back.
     Steps(Steps<T>),
@@ -74,16 +74,16 @@ pub enum Reference<T> {
     Chirp(Chirp<T>),
     /// Many frequencies at once.
     Multisine(Multisine<T>),
-    /// A speed that changes its sign as if by chance.
+    /// A speed whose sign changes pseudo-randomly.
     Prbs(Prbs<T>),
-    /// Jerk-limited moves forth and back.
+    /// Jerk-limited moves forward and back.
     PointToPoint(PointToPoint<T>),
     /// Jerk-limited moves to random targets.
     RandomStrokes(RandomStrokes<T>),
 }
 
 impl Reference<f64> {
-    /// How long it takes [s]; infinite for what has no end.
+    /// Duration [s]; infinite for endless ones.
     pub fn duration(&self) -> f64 {
         match self {
             Reference::Ramp(ramp) => ramp.duration(),

@@ -39,7 +39,7 @@ pub struct Chirp<T> {
     /// Frequency at the end; lower than at the start runs downwards.
     #[field(symbol = "f₂", unit = "Hz", range = 0.0..=1e4, default = 50.0)]
     pub end_frequency: T,
-    /// How long.
+    /// Duration.
     #[field(symbol = "T", unit = "s", range = 1e-3..=1e5, default = 10.0)]
     pub duration: T,
     /// Time in which the amplitude grows from 0 at the start and falls to 0 at the end.
@@ -80,7 +80,7 @@ impl Sine<f64> {
 impl<T: Scalar> Chirp<T> {
     /// The fades may not overlap.
     fn law(&self) -> [Relation<T>; 1] {
-        let remedy = "Fade in and out need the duration between them.";
+        let remedy = "Fade-in and fade-out together must not exceed the duration.";
         [at_most("fade_time", self.fade_time, T::of(0.5) * self.duration, remedy)]
     }
 }
@@ -103,9 +103,9 @@ impl Chirp<f64> {
 }
 
 impl<T: Scalar> Multisine<T> {
-    /// One component a place.
+    /// One place for each component.
     fn law(&self) -> [Relation<T>; 2] {
-        let remedy = "Put the highest harmonic at or above the lowest, or raise the fundamental for a wider band.";
+        let remedy = "Set the highest harmonic at or above the lowest, or increase the fundamental for a wider band.";
         let last = self.lowest_harmonic + T::of((MAX_COMPONENTS - 1) as f64);
         [
             at_least("highest_harmonic", self.highest_harmonic, self.lowest_harmonic, remedy),
@@ -137,7 +137,7 @@ impl Multisine<f64> {
     }
 }
 
-/// A sine that has made so many turns and runs at `rate` [rad/s], which itself changes by `sweep` [rad/s²].
+/// A sine after this number of turns, at `rate` [rad/s], which changes by `sweep` [rad/s²].
 fn component(amplitude: f64, turns: f64, rate: f64, sweep: f64) -> Setpoint<f64> {
     // Whole turns are dropped while they are exact: the sine keeps its digits for days.
     let phase = TAU * (turns - libm::floor(turns));
@@ -149,7 +149,7 @@ fn component(amplitude: f64, turns: f64, rate: f64, sweep: f64) -> Setpoint<f64>
     }
 }
 
-/// How far faded in at a time [s], with two derivatives.
+/// Fade factor at a time [s], with two derivatives.
 fn fade(time: f64, fade_time: f64) -> [f64; 3] {
     if time >= fade_time {
         return [1.0, 0.0, 0.0];

@@ -1,23 +1,23 @@
-//! Set-points shaped so that what vibrates comes to rest with them.
+//! Set-points shaped to avoid residual vibration.
 
 use super::{Generator, Setpoint};
 
 /// Most impulses of a shaper.
 const IMPULSES: usize = 3;
 
-/// A row of impulses with which a set-point is convolved; their weights sum up to 1. After half a period an impulse
-/// starts the vibration that the one before left in the opposite direction.
+/// A sequence of impulses with which a set-point is convolved; their weights sum up to 1. After half a period an
+/// impulse cancels the vibration of the one before.
 ///
 /// N. C. Singer, W. P. Seering, J. Dyn. Syst. Meas. Control 112 (1990) 76.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaper {
     weights: [f64; IMPULSES],
-    /// Cycles that each comes after the set-point.
+    /// Delay of each impulse in cycles.
     delays: [u64; IMPULSES],
 }
 
 impl Shaper {
-    /// None: the set-point as it is.
+    /// No shaper: the set-point is unchanged.
     pub const NOTHING: Shaper = Shaper { weights: [1.0, 0.0, 0.0], delays: [0; IMPULSES] };
 
     /// Two impulses half a period apart (ZV): nothing vibrates where frequency [rad/s] and damping ratio are right.
@@ -33,13 +33,13 @@ impl Shaper {
         Shaper { weights: [1.0 / all, 2.0 * left / all, left * left / all], delays: [0, half, 2 * half] }
     }
 
-    /// Cycles by which the set-point comes to rest later.
+    /// Delay of the set-point in cycles.
     pub fn delay(&self) -> u64 {
         self.delays.into_iter().fold(0, u64::max)
     }
 }
 
-/// What is left of an amplitude after half a period, and that in cycles.
+/// Remaining share of an amplitude after half a period, and half a period in cycles.
 fn half_period(frequency: f64, damping: f64, rate: f64) -> (f64, u64) {
     let root = libm::sqrt(1.0 - damping * damping);
     let half = core::f64::consts::PI / (frequency * root);
@@ -60,7 +60,7 @@ impl<'a> Shaped<'a> {
         Shaped { parts: [generator; IMPULSES], shaper, cycle: 0 }
     }
 
-    /// The cycle whose set-point comes next.
+    /// The cycle of the next set-point.
     pub fn cycle(&self) -> u64 {
         self.cycle
     }
@@ -71,7 +71,7 @@ impl<'a> Shaped<'a> {
         let mut sum = Setpoint::default();
         for ((part, &weight), &delay) in self.parts.iter_mut().zip(&self.shaper.weights).zip(&self.shaper.delays) {
             let setpoint = match self.cycle.checked_sub(delay) {
-                // What has no weight need not be computed.
+                // Parts without weight are not computed.
                 Some(_) if weight > 0.0 => part.next(),
                 Some(_) => continue,
                 None => super::resting(part.origin()),
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn what_vibrates_comes_to_rest_with_the_set_point() {
+    fn a_vibration_ends_with_the_set_point() {
         let frequency = 63.0;
         let damping = 2e-3;
         let alone = left(Shaper::NOTHING, frequency, damping);

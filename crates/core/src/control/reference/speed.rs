@@ -3,13 +3,13 @@
 use super::{Setpoint, resting};
 use crate::Fields;
 
-/// Accelerates, holds a speed, comes to rest. The acceleration jumps; the velocity does not.
+/// Accelerates, holds a speed, stops. The acceleration jumps; the velocity does not.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Ramp<T> {
     /// The speed; negative runs backwards.
     #[field(symbol = "Ω", unit = "rad/s", range = -1e3..=1e3, default = 10.0)]
     pub velocity: T,
-    /// To the speed and back to rest.
+    /// Acceleration to the speed and back to rest.
     #[field(symbol = "α", unit = "rad/s^2", range = 1e-3..=1e5, default = 200.0)]
     pub acceleration: T,
     /// Time at constant speed.
@@ -18,25 +18,25 @@ pub struct Ramp<T> {
 }
 
 /// Sweeps from rest to a speed and back to rest, then the same backwards: a triangle of speed, or a trapezoid with a
-/// hold time. Ends where it began. The acceleration jumps; the velocity does not.
+/// hold time. Ends at its start position. The acceleration jumps; the velocity does not.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct SpeedSweep<T> {
     /// The highest speed.
     #[field(symbol = "Ω", unit = "rad/s", range = 1e-3..=1e3, default = 20.0)]
     pub peak_velocity: T,
-    /// How fast the speed changes.
+    /// Acceleration of the sweep.
     #[field(symbol = "α", unit = "rad/s^2", range = 1e-3..=1e5, default = 10.0)]
     pub acceleration: T,
     /// Time at the highest speed; 0 sweeps a triangle.
     #[field(symbol = "T", unit = "s", range = 0.0..=1e5)]
     pub hold_time: T,
-    /// How often, both directions together.
+    /// Number of sweeps, both directions together.
     #[field(symbol = "n", unit = "1", whole, range = 1.0..=1e6, default = 1.0)]
     pub sweeps: T,
 }
 
 impl Ramp<f64> {
-    /// Time until it rests again [s].
+    /// Time until standstill [s].
     pub fn duration(&self) -> f64 {
         2.0 * (self.velocity / self.acceleration).abs() + self.hold_time
     }
@@ -52,7 +52,7 @@ impl SpeedSweep<f64> {
         2.0 * self.peak_velocity / self.acceleration + self.hold_time
     }
 
-    /// Time until it rests again [s].
+    /// Time until standstill [s].
     pub fn duration(&self) -> f64 {
         2.0 * self.lobe_time() * self.sweeps
     }

@@ -3,7 +3,7 @@
 use super::{Setpoint, resting};
 use crate::Fields;
 
-/// What the machine may do.
+/// Limits of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct MotionLimits<T> {
     /// Highest speed.
@@ -17,34 +17,34 @@ pub struct MotionLimits<T> {
     pub jerk: T,
 }
 
-/// Moves forth and back in seven segments, with a rest between. Nothing but the jerk jumps.
+/// Moves forward and back in seven segments, with a rest between. Only the jerk jumps.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct PointToPoint<T> {
-    /// How far; negative moves backwards first.
+    /// Distance; negative moves backwards first.
     #[field(symbol = "r₀", unit = "rad", range = -1e5..=1e5, default = 10.0)]
     pub distance: T,
-    /// What the machine may do.
+    /// Limits of the motion.
     pub limits: MotionLimits<T>,
     /// Rest after each move.
     #[field(symbol = "T", unit = "s", range = 0.0..=1e5, default = 0.55)]
     pub dwell_time: T,
-    /// How many moves: 1 goes there and stays, 2 returns.
+    /// Number of moves: 1 goes there and stays, 2 returns.
     #[field(symbol = "n", unit = "1", whole, range = 1.0..=1e6, default = 1.0)]
     pub moves: T,
 }
 
-/// Moves to targets drawn at random within ± a range, endlessly. Nothing but the jerk jumps.
+/// Moves to random targets within ± a range, endless. Only the jerk jumps.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct RandomStrokes<T> {
     /// Farthest target from the origin, to either side.
     #[field(symbol = "r₀", unit = "rad", range = 1e-6..=1e5, default = 20.0)]
     pub range: T,
-    /// What the machine may do.
+    /// Limits of the motion.
     pub limits: MotionLimits<T>,
     /// Rest after each move.
     #[field(symbol = "T", unit = "s", range = 0.0..=1e5, default = 0.1)]
     pub dwell_time: T,
-    /// Chooses the sequence; the same seed gives the same targets.
+    /// Seed of the sequence; the same seed gives the same targets.
     #[field(unit = "1", whole, range = 0.0..=9007199254740991.0, default = 1.0)]
     pub seed: T,
 }
@@ -61,7 +61,7 @@ impl PointToPoint<f64> {
 /// Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots* (2008), section 3.4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
-    /// Where it leads from 0 [rad].
+    /// Distance [rad].
     distance: f64,
     /// Jerk [rad/s³], signed as the distance.
     jerk: f64,
@@ -144,7 +144,7 @@ impl Stroke {
     }
 }
 
-/// What the moves of a sequence go to.
+/// Targets of the moves of a sequence.
 #[derive(Clone, Copy, Debug)]
 enum Targets {
     Alternating { distance: f64, moves: f64 },
@@ -178,7 +178,7 @@ pub(super) struct StrokeSequence {
     limits: MotionLimits<f64>,
     dwell_time: f64,
     stroke: Stroke,
-    /// Where the present move began [rad], and the cycles since then and until the next.
+    /// Start of the present move [rad], and the cycles since then and until the next.
     from: f64,
     within: u64,
     length: u64,
@@ -186,7 +186,7 @@ pub(super) struct StrokeSequence {
 }
 
 impl StrokeSequence {
-    /// Forth and back; `rate` in cycles a second.
+    /// Forward and back; `rate` in cycles a second.
     pub(super) fn point_to_point(moves: &PointToPoint<f64>, rate: f64) -> Self {
         let targets = Targets::Alternating { distance: moves.distance, moves: moves.moves };
         Self::new(targets, moves.limits, moves.dwell_time, rate)

@@ -1,4 +1,4 @@
-//! Laws of the set-points: consistent derivatives, limits, targets, bands.
+//! Tests of the set-points: consistent derivatives, limits, targets, bands.
 
 use core::f64::consts::TAU;
 use std::vec::Vec;
@@ -18,7 +18,7 @@ fn peak(setpoints: &[Setpoint<f64>], of: impl Fn(&Setpoint<f64>) -> f64) -> f64 
     setpoints.iter().fold(0.0, |peak, setpoint| peak.max(of(setpoint).abs()))
 }
 
-/// Everything whose velocity does not jump, and its largest acceleration.
+/// All references with a continuous velocity, and their largest acceleration.
 fn continuous() -> Vec<Reference<f64>> {
     std::vec![
         Reference::Constant(Constant::default()),
@@ -80,7 +80,7 @@ fn every_reference_begins_at_rest_at_its_origin() {
 }
 
 #[test]
-fn what_promises_it_has_no_jump_in_acceleration() {
+fn smooth_references_have_no_jump_in_acceleration() {
     for (reference, jerk) in [
         (Reference::PointToPoint(PointToPoint { moves: 5.0, ..PointToPoint::default() }), 30_000.0),
         (Reference::RandomStrokes(RandomStrokes::default()), 30_000.0),
@@ -305,7 +305,7 @@ fn samples_are_joined_by_lines_and_the_last_one_stays() {
     assert_eq!(setpoints[39], resting(0.5));
     assert_eq!(Generator::from_samples(&[], 100.0, 1000.0).next(), resting(0.0));
     let mut broken = Generator::from_samples(&[0.0, f64::NAN, 0.0], 100.0, 1000.0);
-    assert!((0..30).map(|_| broken.next()).any(|s| s.position.is_nan()), "the supervision shall see it");
+    assert!((0..30).map(|_| broken.next()).any(|s| s.position.is_nan()), "the supervision must get it");
 }
 
 #[test]

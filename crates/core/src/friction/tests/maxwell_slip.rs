@@ -44,7 +44,7 @@ fn go(friction: &Friction<f64>, memory: &mut Memory<f64>, way: f64) {
     }
 }
 
-/// What the elements hold together at a way from rest [N m].
+/// Torque of the elements at a distance from rest [N m].
 fn virgin(model: &MaxwellSlip<f64>, way: f64) -> f64 {
     let level = model.sliding.breakaway_torque;
     let elements = model.shares().into_iter().zip(model.stiffnesses());

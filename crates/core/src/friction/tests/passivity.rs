@@ -112,7 +112,7 @@ proptest! {
     }
 }
 
-/// What the laws of a parameter set object to.
+/// Violated laws of a parameter set.
 #[derive(Default)]
 struct Objections(Vec<ParameterError>);
 

@@ -49,7 +49,7 @@ fn a_calm_run_has_no_fault() {
 }
 
 #[test]
-fn sticking_below_breakaway_is_no_fault() {
+fn sticking_below_breakaway_is_not_a_fault() {
     let mut safety = running();
     for _ in 0..40_000 {
         let stuck = SafetyInput { measured_velocity: 0.1, drive_current: 3.2, ..calm(41.0) };
@@ -66,7 +66,7 @@ fn a_screw_that_does_not_follow_is_a_fault() {
     assert!(text.contains("1.500 rad") && text.contains("1.000 rad"), "{text}");
     let mut safety = running();
     safety.step(SafetyInput { reference_position: f64::NAN, ..calm(41.0) }, DT);
-    assert!(matches!(fault(&safety), Fault::FollowingError { .. }), "a set-point that is no number");
+    assert!(matches!(fault(&safety), Fault::FollowingError { .. }), "a non-finite set-point");
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn too_fast_is_a_fault_by_the_tacho_and_by_the_encoder() {
     assert_eq!(safety.zero(), Some(40.0));
     let mut safety = running();
     safety.step(calm(41.1), DT);
-    assert!(matches!(fault(&safety), Fault::EncoderJumped { .. }), "the tacho says that it is not so fast");
+    assert!(matches!(fault(&safety), Fault::EncoderJumped { .. }), "the tacho shows a lower speed");
     assert_eq!(safety.zero(), None);
 }
 
@@ -96,7 +96,7 @@ fn both_ends_of_the_stroke_are_faults() {
 }
 
 #[test]
-fn a_measurement_that_is_no_number_is_a_fault_and_named() {
+fn a_non_finite_measurement_is_a_fault_with_its_name() {
     for bad in [f64::NAN, f64::INFINITY] {
         let broken = [
             (SafetyInput { measured_angle: bad, ..calm(41.0) }, "screw angle"),
@@ -202,7 +202,7 @@ fn cruise(velocity: f64, seconds: f64, mut disturb: impl FnMut(f64, &mut SafetyI
 }
 
 #[test]
-fn cruising_is_no_fault() {
+fn cruising_is_not_a_fault() {
     let (safety, _) = cruise(30.0, 20.0, |_, _| {});
     assert_eq!(safety.state(), SafetyState::Running);
 }
@@ -219,7 +219,7 @@ fn a_tacho_and_an_encoder_that_say_different_speeds_are_a_fault_after_their_time
 }
 
 #[test]
-fn an_index_pulse_off_a_whole_revolution_says_that_counts_were_lost() {
+fn an_index_pulse_off_a_whole_revolution_reports_lost_counts() {
     let shift = |by: f64| {
         cruise(30.0, 3.0, move |time, input| {
             if time > 1.0 {
@@ -257,7 +257,7 @@ fn an_accelerometer_that_jumps_is_a_fault_and_one_that_drifts_is_not() {
 }
 
 #[test]
-fn an_acceleration_that_both_sensors_see_is_no_fault() {
+fn an_acceleration_of_both_sensors_is_not_a_fault() {
     let mut safety = running();
     for k in 0..4000 {
         let (time, rate) = (f64::from(k) * DT, 40.0);
@@ -375,7 +375,7 @@ fn the_brake_stops_within_its_deceleration_by_either_sensor_and_against_a_push()
 }
 
 #[test]
-fn what_pushes_is_held_until_somebody_switches_off() {
+fn a_push_is_held_until_the_operator_switches_off() {
     let (state, way, _) = stopped(30.0, 0.7, |_, _| {});
     assert!(matches!(state, SafetyState::Stopping(Some(Fault::FollowingError { .. }))), "{state:?}");
     // Two seconds of it: it is let go of slowly, and creeps.

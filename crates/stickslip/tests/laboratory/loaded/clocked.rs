@@ -76,17 +76,17 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
     let (tap, mut stream) = tap(1 << 16);
     let mut bench = ClockedBench::virtual_machine(&preset, 1, ThreadSettings::PLAIN, Some(tap)).unwrap();
     stickslip::bench::home(&mut bench, &Watch::silent()).unwrap();
-    const LATE: &str = "ms after its sample began";
+    const LATE: &str = "ms after the start of its sample";
     let said = [
-        (0, false, "signal 11, memory that is not its own"),
+        (0, false, "signal 11, invalid memory access"),
         (1, false, LATE),
-        (2, false, "torque is no finite number"),
-        (2, true, "torque is no finite number"),
-        (4, false, "says that it failed (code 7)"),
-        (4, true, "says that it failed (code 7)"),
-        (5, false, "changed how floating-point numbers are rounded"),
-        (5, true, "changed how floating-point numbers are rounded"),
-        (6, false, "ended by itself (exit code 3)"),
+        (2, false, "torque is not finite"),
+        (2, true, "torque is not finite"),
+        (4, false, "reported a failure (code 7)"),
+        (4, true, "reported a failure (code 7)"),
+        (5, false, "changed the rounding of floating-point numbers"),
+        (5, true, "changed the rounding of floating-point numbers"),
+        (6, false, "exited (exit code 3)"),
         (8, false, LATE),
     ];
     for (fault, trusted, said) in said {

@@ -133,13 +133,13 @@ fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
 #[test]
 fn each_fault_is_named_and_braked_for_and_the_bench_lives_on() {
     let said = [
-        "signal 11, memory that is not its own",
+        "signal 11, invalid memory access",
         "has not answered for 0.200 s",
-        "torque is no finite number",
-        "torque is no finite number",
-        "says that it failed (code 7)",
-        "changed how floating-point numbers are rounded",
-        "ended by itself (exit code 3)",
+        "torque is not finite",
+        "torque is not finite",
+        "reported a failure (code 7)",
+        "changed the rounding of floating-point numbers",
+        "exited (exit code 3)",
     ];
     for (fault, said) in said.into_iter().enumerate() {
         let folder = tempfile::tempdir().unwrap();

@@ -107,8 +107,8 @@ fn each_fault_of_a_friction_or_a_law_is_named_with_its_role_and_the_bench_lives_
     let said = [
         (0, "library crashed (signal 11"),
         (1, "has not answered for 0.200 s"),
-        (2, "torque is no finite number"),
-        (4, "says that it failed (code 7)"),
+        (2, "torque is not finite"),
+        (4, "reported a failure (code 7)"),
     ];
     for role in [Role::Friction, Role::Law] {
         for (fault, said) in said {
@@ -143,7 +143,7 @@ fn a_friction_in_the_loop_brakes_softly_where_it_fails_and_the_preset_renders_ag
         bench.step(order).map(|frame| torques.push(frame.command.added_load_torque)).err()
     });
     let told = ended.map(|error| error.to_string()).unwrap_or_default();
-    assert!(told.contains("the friction's torque is no finite number"), "{told}");
+    assert!(told.contains("the friction's torque is not finite"), "{told}");
     // Its sample 300 fails, and the brake stops the screw; a torque of it is in force in each tick before but the first.
     let (first, after) = torques.split_at(300);
     assert!(first[0] == 0.0 && first[1..].iter().all(|torque| *torque != 0.0), "{first:?}");
