@@ -187,7 +187,7 @@ fn with_arm(model: &Model<f64>, compensates_load: f64) -> StateFeedback<f64> {
         damping: 0.02 * inertia * omega,
         rigid_inertia: 0.1 * model.drive.load_inertia,
     };
-    let arm = DampedArm::Elastic(ArmDamping { arm_model: arm_model, ..ArmDamping::default() });
+    let arm = DampedArm::Elastic(ArmDamping { believed: arm_model, ..ArmDamping::default() });
     StateFeedback { arm, compensates_load, ..StateFeedback::default() }
 }
 

@@ -161,14 +161,9 @@ fn profiles(emps: &Emps, summary: &mut Summary, text: &mut String, figures: &Pat
         jobs.into_iter().map(|job| job.join().expect("a profile does not panic")).collect::<Result<_, Error>>()
     })?;
     text.push_str(
-        "
-        ### Parameters that the recording does not determine
-        
-        Profile likelihood: each parameter of the LuGre model is \
+        "\n### Parameters that the recording does not determine\n\nProfile likelihood: each parameter of the LuGre model is \
          held at one value after the other, and all others are fitted again. If the sum of squares does not rise above \
-         the 95 % limit, the recording does not determine the parameter; the correlation of residuals is included.
-        
-        ",
+         the 95 % limit, the recording does not determine the parameter; the correlation of residuals is included.\n\n",
     );
     let mut profiles_figure = Figure::new("EMPS: profiles of doubtful parameters")
         .x(Axis::new("log10 of the value over that of the fit", "1"))
