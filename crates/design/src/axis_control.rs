@@ -204,15 +204,15 @@ mod tests {
         let motor = preset.model.motor_friction.steady_torque(8.0, 0.0, 0.0);
         let (own, desired) = (preset.model.own.magnitude(8.0), preset.bench.desired.magnitude(8.0));
         assert!(motor > 0.0 && (own - desired).abs() > 0.01);
-        for (belief, expected) in [
+        for (assumption, expected) in [
             (AssumedFriction { desired: 0.0, share: 1.0 }, own + motor),
             (AssumedFriction { desired: 1.0, share: 1.0 }, desired + motor),
             (AssumedFriction { desired: 0.0, share: 0.5 }, 0.5 * (own + motor)),
         ] {
-            preset.bench.compensation = CompensationChoice::Feedforward(FeedforwardChoice { belief });
+            preset.bench.compensation = CompensationChoice::Feedforward(FeedforwardChoice { belief: assumption });
             let torque = fed_forward(&preset, 8.0);
             // The tolerance is the rest of the motor's own Stribeck drop at 8 rad/s.
-            assert!((torque - expected).abs() < 1e-3, "{belief:?}: {torque} instead of {expected}");
+            assert!((torque - expected).abs() < 1e-3, "{assumption:?}: {torque} instead of {expected}");
         }
     }
 

@@ -85,7 +85,7 @@ pub(super) fn simulated_drive(
 ) -> Result<DriveObserver<f64>, Error> {
     let steps = steps_within(dt, longest);
     let step = dt / steps as f64;
-    let observer = believed_drive(model, step)?;
+    let observer = modelled_drive(model, step)?;
     Ok(DriveObserver { steps, model: without_load_motor(model, friction, step), ..observer })
 }
 
@@ -108,7 +108,7 @@ fn corrected_drive(
     states: &[usize],
 ) -> Result<DriveObserver<f64>, Error> {
     let steps = steps_within(dt, longest);
-    let observer = believed_drive(model, dt / steps as f64)?;
+    let observer = modelled_drive(model, dt / steps as f64)?;
     let linear = Linear::new(model, dt, trust)?;
     let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed, states));
     // The speed at which the ripple is as large as the tacho's error at standstill; without ripple both sets are equal.

@@ -158,9 +158,9 @@ impl ModelledAxis {
     /// One sample of the controller; returns the deviation at its start [rad].
     fn sample(&self, running: &mut Running) -> f64 {
         let input = Self::measured(&running.drive);
-        let in_force = running.control.torque;
+        let active_torque = running.control.torque;
         self.control.step(&mut running.control, input, self.period);
-        let held = DriveObserverInput { motor_torque: in_force, ..DriveObserverInput::default() };
+        let held = DriveObserverInput { motor_torque: active_torque, ..DriveObserverInput::default() };
         self.drive.step(&mut running.drive, held, self.period);
         -input.measured_angle
     }

@@ -244,7 +244,7 @@ mod tests {
         for control_divider in [1.0, 4.0, 7.0] {
             let mut preset = prototype();
             preset.bench.control_divider = control_divider;
-            let house = run::<Error>(&preset, sine(), None).unwrap();
+            let built_in = run::<Error>(&preset, sine(), None).unwrap();
             let control = stickslip_design::axis_control(&preset.model, &preset.bench).unwrap();
             let mut state = AxisControlState::default();
             let mut same = |sample: &Sample| {
@@ -254,7 +254,7 @@ mod tests {
             };
             let external = run(&preset, sine(), Some(&mut same)).unwrap();
             assert_eq!(external, built_in, "every {control_divider} ticks");
-            let way = house.columns.iter().find(|column| column.name == "true_angle").unwrap();
+            let way = built_in.columns.iter().find(|column| column.name == "true_angle").unwrap();
             assert!(way.values.iter().any(|angle| angle.abs() > 0.5), "it moves");
         }
     }

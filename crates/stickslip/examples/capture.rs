@@ -1,4 +1,4 @@
-//! What a row costs on its way to a capture, an envelope and a history, and what a look at the history costs.
+//! Cost of a row on its way to a capture, an envelope and a history, and of a query of the history.
 //!
 //! `cargo run --release -p stickslip --example capture`: mean of a million rows of 32 signals, best of five turns.
 
@@ -11,7 +11,7 @@ use stickslip::capture::{Capture, Envelope, Keep, Plan, Pyramid, Stream};
 const SIGNALS: usize = 32;
 const ROWS: u64 = 1_000_000;
 const TURNS: usize = 5;
-/// Memory that a sink may take [bytes].
+/// Memory limit of a sink [bytes].
 const LIMIT: usize = 1 << 30;
 
 fn main() -> Result<(), Error> {
@@ -19,7 +19,7 @@ fn main() -> Result<(), Error> {
         (0..4096).map(|row| (0..SIGNALS).map(|i| (0.01 * (row * (i + 1)) as f64).sin()).collect()).collect();
     println!("a row of {SIGNALS} signals                    ns");
     println!("stream without a sink        {:10.1}", cost(&rows, |_| Ok(()))?);
-    // All that a capture can have to do: an edge that comes again and again, every segment replaced by the next.
+    // Worst case of a capture: a repeated edge, every segment replaced by the next.
     let capture = |stream: &mut Stream| stream.add(capture(16_000, 4_000)?).map(drop);
     println!("capture                      {:10.1}", cost(&rows, capture)?);
     let envelope = |stream: &mut Stream| stream.add(Envelope::new(all(), 64, 1024, LIMIT)?).map(drop);
@@ -37,8 +37,8 @@ fn main() -> Result<(), Error> {
     let history = stream.get(&tap).expect("it is in this stream");
     println!("\n2000 points of {SIGNALS} signals                 µs");
     for span in [1_000, 10_000, 100_000, 500_000] {
-        let begin = ROWS - span - 7;
-        let time = fastest(|| drop(black_box(history.query(begin..begin + span, 2000))));
+        let start = ROWS - span - 7;
+        let time = fastest(|| drop(black_box(history.query(start..begin + span, 2000))));
         println!("over {span:6} ticks            {:10.1}", 1e6 * time);
     }
     Ok(())
@@ -75,9 +75,9 @@ fn cost(rows: &[Vec<f64>], add: impl Fn(&mut Stream) -> Result<(), Error>) -> Re
 /// The least time of some turns [s].
 fn fastest(mut work: impl FnMut()) -> f64 {
     let turn = |_| {
-        let begin = Instant::now();
+        let start = Instant::now();
         work();
-        begin.elapsed().as_secs_f64()
+        start.elapsed().as_secs_f64()
     };
     (0..TURNS).map(turn).fold(f64::INFINITY, f64::min)
 }

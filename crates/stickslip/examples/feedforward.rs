@@ -1,4 +1,4 @@
-//! How well a sine is tracked with friction feedforward and without, on the virtual bench.
+//! Tracking error of a sine with and without friction feedforward, on the virtual bench.
 
 use std::f64::consts::TAU;
 
@@ -23,15 +23,15 @@ fn report() -> Result<String, Error> {
     Ok(text)
 }
 
-/// RMS of reference minus measured angle [rad] over the last two of three periods, with a share of the friction that
-/// is believed fed forward.
+/// RMS of reference minus measured angle [rad] over the last two of three periods, with a share of the modelled
+/// friction as feedforward.
 fn tracking_error(share: f64) -> Result<f64, Error> {
     let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     let mut bench = VirtualBench::new(&preset, 1)?;
     home(&mut bench, &Watch::silent())?;
     let start = bench.step(Command::default())?.angle;
 
-    // What is believed, not what is true: the bench does not tell.
+    // The modelled friction: the true friction is not available to a controller.
     let friction = bench.model().own;
     let (amplitude, omega) = (SINE.0, TAU * SINE.1);
     let tick = bench.settings().tick_time();
@@ -55,5 +55,5 @@ fn tracking_error(share: f64) -> Result<f64, Error> {
 
 #[test]
 fn the_numbers_are_those_of_the_guide() {
-    expect_test::expect_file!["feedforward.txt"].assert_eq(&report().expect("the preset is in order"));
+    expect_test::expect_file!["feedforward.txt"].assert_eq(&report().expect("the preset is valid"));
 }

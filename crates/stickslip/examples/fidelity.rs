@@ -2,8 +2,9 @@
 //!
 //!     cargo xtask study fidelity
 //!
-//! runs what `stickslip fidelity` runs without options and writes its tables into `docs/studies/fidelity.md`, all numbers
-//! into `fidelity.csv`, the figures beside the guide's. `-- FOLDER SEEDS` takes fewer noise seeds.
+//! runs the benchmark of `stickslip fidelity` with default options and writes its tables into
+//! `docs/studies/fidelity.md`, all numbers into `fidelity.csv`, and the figures into the folder of the guide. `--
+//! FOLDER SEEDS` uses fewer noise seeds.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -11,7 +12,7 @@ use std::path::PathBuf;
 use stickslip::fidelity::{Outcome, Row, Selection, run_plan};
 use stickslip::{Error, Watch, output};
 
-/// Where the guide looks for its figures, from the folder of the studies.
+/// Folder of the guide's figures, relative to the folder of the studies.
 const FIGURES: &str = "../src/figures/fidelity";
 
 fn main() -> Result<(), Error> {
@@ -57,9 +58,9 @@ fn csv(rows: &[Row]) -> String {
 
 fn page(outcome: &Outcome) -> String {
     let mut text = format!(
-        "# How far is the rendered friction from the true one?\n\n\
-         The full benchmark of `stickslip fidelity`, {} noise seeds. What is compared, and how, is said in \
-         [the chapter on fidelity](fidelity.md). RunOrigin by `cargo xtask study fidelity`; all numbers with their intervals are in \
+        "# Difference between rendered and physical friction\n\n\
+         The full benchmark of `stickslip fidelity`, {} noise seeds. The method is described in \
+         [the chapter on fidelity](fidelity.md). Made by `cargo xtask study fidelity`; all numbers with their intervals are in \
          `fidelity.csv`.\n",
         outcome.plan.seeds.len()
     );

@@ -1,9 +1,10 @@
-//! A controller of your own in Rust, in one file: this one.
+//! A custom controller in Rust, in one file.
 //!
 //!     cargo run --release -p stickslip --example own_controller -- my_controller
 //!
-//! writes it as the library `my_controller/sliding_mode.so`, as C with its self-test, as FMU and as A2L. The library goes
-//! onto the bench with `stickslip load my_controller/sliding_mode.so`; its parameters come from the table below.
+//! writes it as the library `my_controller/sliding_mode.so`, as C with its self-test, as FMU and as A2L. Load the
+//! library on the bench with `stickslip load my_controller/sliding_mode.so`; its parameters are those of the table
+//! below.
 
 use std::path::PathBuf;
 
@@ -14,8 +15,8 @@ use stickslip_core::block::Block;
 use stickslip_core::control::{ControllerInput, ControllerOutput};
 use stickslip_core::scalar::Scalar;
 
-/// Sliding mode with a boundary layer: the axis is kept on a line of velocity over deviation by a torque that is nearly
-/// switched, which no friction below its amplitude can resist.
+/// Sliding mode with a boundary layer: a nearly switched torque keeps the axis on a line of velocity over deviation,
+/// against any friction below its amplitude.
 ///
 ///   s = (ṙ − ω) + λ·(r − φ)
 ///   M = J·(r̈ + λ·(ṙ − ω)) + K·s/(|s| + ε) + I,   İ = K_i·s
@@ -23,13 +24,13 @@ use stickslip_core::scalar::Scalar;
 /// J.-J. E. Slotine, W. Li: Applied Nonlinear Control, Prentice Hall 1991, chapter 7.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(crate) struct SlidingMode<T> {
-    /// Slope of the line: how fast a deviation decays on it.
+    /// Slope of the line: rate at which a deviation decays on it.
     #[field(symbol = "λ", unit = "1/s", range = 0.1..=1e3, default = 25.0)]
     pub(crate) slope: T,
-    /// Amplitude of the switched torque: above what friction may do.
+    /// Amplitude of the switched torque, above the friction.
     #[field(symbol = "K", unit = "N m", range = 0.0..=100.0, default = 0.8)]
     pub(crate) amplitude: T,
-    /// Distance from the line at which half of it acts: less is stiffer, and noisier.
+    /// Distance from the line at which half of the amplitude acts: smaller is stiffer and noisier.
     #[field(symbol = "ε", unit = "rad/s", range = 1e-3..=100.0, default = 3.0)]
     pub(crate) layer: T,
     /// Torque per distance from the line and time.
@@ -43,7 +44,7 @@ pub(crate) struct SlidingMode<T> {
     pub(crate) torque_limit: T,
 }
 
-/// What it remembers.
+/// Its state.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(crate) struct SlidingModeState<T> {
     /// Integral part of the torque.
@@ -64,13 +65,13 @@ impl<T: Scalar> Block<T> for SlidingMode<T> {
         let ahead = self.inertia * (input.reference_acceleration + self.slope * rate);
         let limit = self.torque_limit;
         let torque = (ahead + switched + state.integral).clamp(T::of(0.0) - limit, limit);
-        // The integral stays within what the drive can give.
+        // The integral stays within the torque limit of the drive.
         state.integral = (state.integral + self.integral_gain * distance * dt).clamp(T::of(0.0) - limit, limit);
         ControllerOutput { torque }
     }
 }
 
-#[allow(dead_code, reason = "the test has the controller alone")]
+#[allow(dead_code, reason = "the test uses the controller alone")]
 fn main() -> Result<(), Error> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "own-controller".into()));
     // A thousand samples a second in the self-test and the FMU; in the loop it runs at the rate of the bench.

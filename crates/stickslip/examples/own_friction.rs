@@ -1,8 +1,8 @@
-//! A friction model of your own in Rust, in one file: this one.
+//! A custom friction model in Rust, in one file.
 //!
 //!     cargo run --release -p stickslip --example own_friction -- my_friction
 //!
-//! writes it as C with its self-test, as FMU and as A2L, for simulations and boards that are not ours.
+//! writes it as C with its self-test, as FMU and as A2L, for other simulations and boards.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use stickslip_core::Fields;
 use stickslip_core::friction::{Bristle, Release};
 use stickslip_core::scalar::Scalar;
 
-/// Bristles as those of LuGre, which slide on the curve of Hess and Soom: it falls by a quotient, and needs no exponential.
+/// Bristles as those of LuGre with the sliding curve of Hess and Soom, a quotient without exponential.
 ///
 ///   g(Ω) = M_K + (M_S − M_K)/(1 + (Ω/Ω_HS)²)
 ///
@@ -23,10 +23,10 @@ pub(crate) struct HessSoom<T> {
     /// Torque at which the contact breaks away.
     #[field(symbol = "M_S", unit = "N m", range = 1e-6..=200.0, default = 0.30)]
     pub(crate) breakaway_torque: T,
-    /// Torque that is left at speed.
+    /// Kinetic torque at high speed.
     #[field(symbol = "M_K", unit = "N m", range = 1e-6..=200.0, default = 0.18)]
     pub(crate) kinetic_torque: T,
-    /// Speed at which half of the drop is done.
+    /// Speed at half of the drop.
     #[field(symbol = "Ω_HS", unit = "rad/s", range = 1e-6..=1e3, default = 1.5)]
     pub(crate) drop_velocity: T,
     /// Stiffness of the bristles.
@@ -60,7 +60,7 @@ impl<T: Scalar> Bristle<T> for HessSoom<T> {
     }
 }
 
-#[allow(dead_code, reason = "the test has the model alone")]
+#[allow(dead_code, reason = "the test uses the model alone")]
 fn main() -> Result<(), Error> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "own-friction".into()));
     let code = own_friction(&HessSoom::<f64>::default(), "hess_soom", 50e-6)?;
@@ -68,6 +68,6 @@ fn main() -> Result<(), Error> {
     let fmu = code.fmu(Version::Three)?;
     output::write(&folder.join(&fmu.file), &fmu.bytes)?;
     output::write(&folder.join("hess_soom.a2l"), code.description(&Variables::default())?.text)?;
-    println!("{}: its README.md says how to use it.", folder.display());
+    println!("{}: see its README.md for usage.", folder.display());
     Ok(())
 }

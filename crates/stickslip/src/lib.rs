@@ -1,6 +1,6 @@
 //! The friction bench as a library: measure, fit, design, render, re-measure, rank, report.
 //!
-//! This crate is what users import. Each module is re-exported from the crate of its subject.
+//! Users import this crate. Each module is re-exported from the crate of its subject.
 #![forbid(unsafe_code)]
 
 pub use stickslip_base::{Error, Summary, Watch};

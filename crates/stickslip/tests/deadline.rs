@@ -1,4 +1,4 @@
-//! What runs within the deadline allocates and frees nothing, whatever law renders and whoever changes it meanwhile.
+//! Code within the deadline does not allocate or free, under any law and during changes of it.
 
 #[path = "../../rt/tests/counting/mod.rs"]
 #[allow(unreachable_pub, reason = "support of tests")]
@@ -19,15 +19,15 @@ use stickslip_core::control::reference::Setpoint;
 use stickslip_core::snapshot::StateVisitor;
 use stickslip_core::tick::Measurement;
 
-/// Ticks whose calls count.
+/// Ticks with counted calls.
 const WATCHED_TICKS: std::ops::Range<u64> = 1..1500;
 
-/// A machine that has its thread watched from its first tick until it is told to end.
+/// A machine whose thread is watched from its first tick until the end.
 struct Watched<M> {
     machine: M,
     ticks: u64,
     allocates: bool,
-    /// Whether calls count now, where it is not for the first ticks.
+    /// Whether calls are counted now, instead of in the first ticks.
     now: Option<Arc<AtomicBool>>,
 }
 
@@ -63,7 +63,7 @@ impl<M: Io> Io for Watched<M> {
     }
 }
 
-/// As [`counted`], again where the machine stood still for so long that the bench ended: that says nothing of calls.
+/// As [`counted`], repeated if a stall of the machine ended the bench, which gives no count.
 fn calls(allocates: bool) -> Result<u64, Error> {
     let mut tried = 0;
     loop {
@@ -80,16 +80,16 @@ fn counted(allocates: bool) -> Result<u64, Error> {
     let mut preset = preset()?;
     let (machine, readings) = InProcess::new(&preset, 1)?;
     let machine = Watched { machine, ticks: 0, allocates, now: None };
-    // Somebody records, with too little room: both paths of a tap are gone.
+    // A recorder with too little room: both paths of a tap are used.
     let (tap, stream) = tap::tap(200);
     let mut bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::PLAIN, Some(tap))?;
-    let mut states = bench.keyframes().expect("nobody else has taken it");
+    let mut states = bench.keyframes().expect("it was not taken before");
     home(&mut bench, &Watch::silent())?;
     for &(_, law) in LAWS.iter().filter(|(name, _)| ["paper", "bristle", "admittance"].contains(name)) {
         preset.bench.law = law;
         let law = design::rendering_law(&preset.model, &preset.bench)?;
         bench.set_law(law)?;
-        // Somebody begins to record.
+        // A recording starts.
         states.take()?;
         for tick in 0..300 {
             let time = f64::from(tick) * 1e-3;
@@ -106,7 +106,7 @@ fn counted(allocates: bool) -> Result<u64, Error> {
 fn preset() -> Result<Preset<f64>, Error> {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     preset.bench.tick_rate = 1000.0;
-    // However busy the computer is.
+    // For a busy computer.
     preset.bench.safety.missed_ticks = 1000.0;
     Ok(preset)
 }
@@ -119,14 +119,14 @@ fn alone() -> MutexGuard<'static, ()> {
     alone
 }
 
-/// The same within ticks over a link, whose machine answers until it is gone in the middle.
+/// The same within ticks over a link, whose machine answers until it disconnects.
 fn calls_over(address: &Address) -> Result<u64, Error> {
     let _alone = alone();
     let preset = preset()?;
     let mut server = PlantServer::bind(address, &preset, 1)?;
     let address = server.address().clone();
-    let gone = Arc::new(AtomicBool::new(false));
-    let watch = Watch::new(gone.clone(), |_, _| {});
+    let stop = Arc::new(AtomicBool::new(false));
+    let watch = Watch::new(stop.clone(), |_, _| {});
     let serving = thread::spawn(move || server.serve(false, &watch).map(drop));
     let fault = |fault: LinkFault| Error::BenchFault { cycle: 0, reason: fault.to_string() };
     let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).map_err(fault)?;
@@ -139,34 +139,34 @@ fn calls_over(address: &Address) -> Result<u64, Error> {
         }
     };
     until(&|counts| counts.answered > 200);
-    gone.store(true, Ordering::Relaxed);
+    stop.store(true, Ordering::Relaxed);
     serving.join().expect("the machine does not panic")?;
-    // Until nobody watches any more: what the thread frees at its end is no cycle's.
+    // Until the thread is no longer watched: memory freed at its end is outside the cycles.
     until(&|counts| counts.answered + counts.missing > WATCHED_TICKS.end);
     bench.stop();
     Ok(CALLS.load(Ordering::Relaxed))
 }
 
-/// Named in the environment of a process of a test that is to be the host of a controller.
+/// Environment variable that makes a test process the host of a controller.
 #[cfg(unix)]
 const HOSTED: &str = "STICKSLIP_TEST_HOST";
 /// And its role.
 #[cfg(unix)]
 const AS: &str = "STICKSLIP_TEST_ROLE";
 
-/// Of a process of another test this is all that runs.
+/// The only test that runs in a host process.
 #[test]
 #[cfg(unix)]
 fn hosts() {
     if let Some(file) = std::env::var_os(HOSTED) {
         let role = std::env::var(AS).ok().and_then(|name| stickslip::external::Role::find(&name));
         let role = role.expect("it has a role");
-        stickslip::external::process::host(std::path::Path::new(&file), role, &[]).expect("somebody asks");
+        stickslip::external::process::host(std::path::Path::new(&file), role, &[]).expect("the parent sends requests");
         std::process::exit(0);
     }
 }
 
-/// The same where somebody else's file in C is in the loop on the way along a sine, here or in a process of its own.
+/// The same with an external library in C in the loop along a sine, in this process or in a separate one.
 #[cfg(unix)]
 fn calls_of_a_guest(role: stickslip::external::Role, trusted: bool) -> Result<u64, Error> {
     use stickslip::ControllerChoice;
@@ -180,7 +180,7 @@ fn calls_of_a_guest(role: stickslip::external::Role, trusted: bool) -> Result<u6
     let _alone = alone();
     let mut preset = preset()?;
     preset.bench.control_divider = if trusted { 1.0 } else { 2.0 };
-    // As soft as samples of 2 ms admit.
+    // As soft as samples of 2 ms permit.
     let ControllerChoice::Cascade(cascade) = &mut preset.bench.controller else { panic!("it is a cascade") };
     (cascade.position_gain, cascade.velocity_gain, cascade.integral_gain) = (8.0, 0.04, 0.4);
     preset.bench.safety.following_error = 10.0;
@@ -209,31 +209,31 @@ fn calls_of_a_guest(role: stickslip::external::Role, trusted: bool) -> Result<u6
     while stream.sample().is_some() {}
     now.store(true, Ordering::Relaxed);
     let follow = |bench: &mut ClockedBench| -> Result<(), Error> {
-        // Off and on again as well: it begins anew.
+        // Off and on again as well: it is started again.
         for tick in 0..600 {
             let setpoint = Setpoint { position: 0.2 * (5e-3 * f64::from(tick)).sin(), ..Setpoint::default() };
             bench.hand_over(Command { setpoint, control: tick % 200 != 0, render, ..Command::default() })?;
         }
         bench.drain(&mut |_| {})
     };
-    // On a busy machine it may be late: the way of a fault allocates nothing either.
+    // On a busy machine it may be late: the handling of a fault does not allocate either.
     let followed = follow(&mut bench);
     assert!(matches!(followed, Ok(()) | Err(Error::BenchFault { .. })), "{followed:?}");
     let torque = |Command { added_torque, added_load_torque, .. }: Command| added_torque + added_load_torque;
     let torques = std::iter::from_fn(|| stream.sample()).filter(|sample| torque(sample.frame.command) != 0.0);
     assert!(torques.count() > 0, "{role}: it is in the loop");
-    let gone = bench.take_back(&preset.bench)?;
+    let removed = bench.take_back(&preset.bench)?;
     now.store(false, Ordering::Relaxed);
-    // A tick at least in which nobody watches any more.
+    // At least one tick without watching.
     thread::sleep(Duration::from_millis(200));
     bench.stop();
-    drop(gone);
+    drop(removed);
     Ok(CALLS.load(Ordering::Relaxed))
 }
 
 #[test]
 #[cfg(unix)]
-fn what_was_brought_along_has_the_loop_allocate_and_free_nothing() {
+fn external_code_in_the_loop_does_not_allocate_or_free() {
     for role in stickslip::external::Role::ALL {
         assert_eq!(calls_of_a_guest(role, true).unwrap(), 0, "{role}");
         assert_eq!(calls_of_a_guest(role, false).unwrap(), 0, "{role}");
@@ -241,7 +241,7 @@ fn what_was_brought_along_has_the_loop_allocate_and_free_nothing() {
 }
 
 #[test]
-fn a_link_allocates_and_frees_nothing_whether_its_machine_answers_or_is_gone() {
+fn a_link_does_not_allocate_or_free_with_or_without_an_answer() {
     let folder = tempfile::tempdir().unwrap();
     let memory = Address::Shm(folder.path().join("axis").display().to_string());
     assert_eq!(calls_over(&memory).unwrap(), 0);
@@ -249,7 +249,7 @@ fn a_link_allocates_and_frees_nothing_whether_its_machine_answers_or_is_gone() {
 }
 
 #[test]
-fn a_bench_that_runs_by_the_clock_allocates_and_frees_nothing() {
+fn a_bench_in_real_time_does_not_allocate_or_free() {
     assert_eq!(calls(false).unwrap(), 0);
 }
 

@@ -64,7 +64,7 @@ fn an_arm_with_a_law_of_a_virtual_load_is_refused() {
         let text = stickslip_base::parameters::write_commented(&preset);
         let changes = [("bench.law.kind".to_owned(), format!("\"{kind}\""))];
         let result = stickslip_base::parameters::set_all::<Preset<f64>>(&text, "a.toml", &changes)
-            .and_then(|text| stickslip_base::parameters::result::<Preset<f64>>(&text, "a.toml").map_err(Into::into));
+            .and_then(|text| stickslip_base::parameters::read::<Preset<f64>>(&text, "a.toml").map_err(Into::into));
         assert_eq!(result.is_ok(), accepted, "{kind}: {:?}", result.err().map(|error| error.to_string()));
     }
 }

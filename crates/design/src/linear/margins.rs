@@ -183,7 +183,7 @@ fn highest(
     let values: Vec<f64> = scan.iter().map(|(_, l)| measure(*l)).collect();
     let best = values.iter().copied().filter(|value| !value.is_nan()).fold(0.0, f64::max);
     let mut peak = Peak { value: 0.0, frequency: f64::NAN };
-    for k in 0..seen.len() {
+    for k in 0..scan.len() {
         let (before, after) = (k.saturating_sub(1), (k + 1).min(scan.len() - 1));
         let value = values[k];
         // Between two points a peak is a few per cent higher than at them.

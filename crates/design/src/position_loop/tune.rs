@@ -347,7 +347,7 @@ mod tests {
                 let mut preset = Preset::<f64>::default();
                 preset.bench.controller = with_gains(&controller, &vec![gain; gains(&controller).len()]);
                 let text = stickslip_base::parameters::write_commented(&preset);
-                let parsed: Preset<f64> = stickslip_base::parameters::parsed(&text, "tuned").unwrap();
+                let parsed: Preset<f64> = stickslip_base::parameters::read(&text, "tuned").unwrap();
                 assert_eq!(parsed.bench.controller, preset.bench.controller);
             }
         }

@@ -54,9 +54,9 @@ fn step_response(controller: &Predictive<f64>, choice: &PredictiveFeedback<f64>,
     let (mut drive, mut state) = (Drive::new(choice), at_rest(controller));
     (0..500)
         .map(|_| {
-            let in_force = state.torque;
+            let active_torque = state.torque;
             let torque = controller.step(&mut state, drive.input(height), DT).torque;
-            drive.step(in_force);
+            drive.step(active_torque);
             [drive.states[ANGLE], drive.states[VELOCITY], torque]
         })
         .collect()
@@ -92,12 +92,12 @@ fn without_an_active_limit_it_is_the_linear_controller_to_the_bit() {
                 measured_angle: drive.states[ANGLE] + noise,
                 ..drive.input(libm::sin(9.0 * time) / 9.0)
             };
-            let in_force = one.torque;
+            let active_torque = one.torque;
             let torque = controller.step(&mut one, input, DT).torque;
             assert_eq!(torque, controller.linear.step(&mut other, input, DT).torque, "sample {k}");
             assert_eq!(one, other, "sample {k}");
             assert!(torque != 0.0 && torque.abs() < 1.5);
-            drive.step(in_force);
+            drive.step(active_torque);
         }
     }
 }
@@ -120,7 +120,7 @@ fn its_predicted_course_is_that_of_the_linear_controller() {
                 reference_acceleration: 20.0,
                 ..drive.input(0.02 + 10.0 * time * time)
             };
-            let (before, in_force) = (state, state.torque);
+            let (before, active_torque) = (state, state.torque);
             let torque = linear.step(&mut state, input, DT).torque;
             if k == 30 {
                 let mut causes = [0.0; CAUSES];
@@ -134,7 +134,7 @@ fn its_predicted_course_is_that_of_the_linear_controller() {
                     (0..SPEEDS).map(|i| sum(&|j| controller.free_velocity[j][i])).collect::<Vec<_>>(),
                 ));
             }
-            drive.step(in_force);
+            drive.step(active_torque);
             torques.push(torque);
             velocities.push(drive.states[VELOCITY]);
         }

@@ -80,7 +80,7 @@ fn the_closed_loop_has_the_poles_of_regulator_and_observer_and_no_others() {
             expected.extend(error.complex_eigenvalues().iter());
 
             let controller = PositionController::Linear(state_feedback(&choice, &model, dt).unwrap());
-            let closes = PositionLoop::over(believed_axis(&choice, &model, dt), controller, 0.0).unwrap();
+            let closes = PositionLoop::over(modelled_axis(&choice, &model, dt), controller, 0.0).unwrap();
             let poles = closes.closed().unwrap().poles().unwrap();
             // Poles close together are exact to a root of the rounding only: the polynomials are compared, at points
             // where they are large.
@@ -152,7 +152,7 @@ fn poles_are_at_their_targets() {
     let target = Poles { bandwidth: 50.0, damping: 0.7, vibration_damping: 0.4, integral_rate: 25.0 };
     let choice = StateFeedback { regulator: Regulation::Poles(target), ..StateFeedback::default() };
     let controller = PositionController::Linear(state_feedback(&choice, &model, dt).unwrap());
-    let closes = PositionLoop::over(believed_axis(&choice, &model, dt), controller, 0.0).unwrap();
+    let closes = PositionLoop::over(modelled_axis(&choice, &model, dt), controller, 0.0).unwrap();
     let placed = closes.closed().unwrap().poles().unwrap();
     for pole in poles(&target, &choice, &model, dt) {
         let nearest = placed.iter().map(|other| size(other - pole)).fold(f64::INFINITY, f64::min);
@@ -187,7 +187,7 @@ fn with_arm(model: &Model<f64>, compensates_load: f64) -> StateFeedback<f64> {
         damping: 0.02 * inertia * omega,
         rigid_inertia: 0.1 * model.drive.load_inertia,
     };
-    let arm = DampedArm::Elastic(ArmDamping { arm_model: arm_model, ..ArmDamping::default() });
+    let arm = DampedArm::Elastic(ArmDamping { believed: arm_model, ..ArmDamping::default() });
     StateFeedback { arm, compensates_load, ..StateFeedback::default() }
 }
 
@@ -202,9 +202,9 @@ fn twists(whole: &SampledDrive, controller: &LinearController<f64>, dt: f64) -> 
     for k in 0..4 * samples {
         let input =
             ControllerInput { measured_angle: x[ANGLE], measured_velocity: x[TACHO], ..ControllerInput::default() };
-        let in_force = state.torque;
+        let active_torque = state.torque;
         controller.step(&mut state, input, dt);
-        x = &whole.phi * &x + &whole.gamma * in_force;
+        x = &whole.phi * &x + &whole.gamma * active_torque;
         largest[k / samples] = largest[k / samples].max(x[ARM_TWIST].abs());
     }
     largest
@@ -250,9 +250,9 @@ fn the_observer_of_the_arm_follows_an_unmeasured_twist() {
             measured_velocity: x[TACHO],
             ..ControllerInput::default()
         };
-        let in_force = state.torque;
+        let active_torque = state.torque;
         controller.step(&mut state, input, dt);
-        x = &whole.phi * &x + &whole.gamma * in_force;
+        x = &whole.phi * &x + &whole.gamma * active_torque;
         if k > 300 {
             // The prediction for this sample.
             largest = largest.max(x[ARM_TWIST].abs());
@@ -296,11 +296,11 @@ fn the_feedforward_alone_follows_a_motion_with_the_modelled_arm() {
             measured_velocity: x[TACHO],
             ..ControllerInput::default()
         };
-        let in_force = state.torque;
+        let active_torque = state.torque;
         let torque = controller.step(&mut state, input, dt).torque;
         deviation = x[ANGLE] - input.reference_position;
         assert!(torque.abs() < 1.0);
-        x = &whole.phi * &x + &whole.gamma * in_force;
+        x = &whole.phi * &x + &whole.gamma * active_torque;
     }
     assert!(deviation.abs() < 1e-5 && state.integral.abs() < 1e-3, "{deviation} rad, {} N m", state.integral);
 }

@@ -42,7 +42,7 @@ impl FastBench {
         divider: u64,
         seed: u64,
     ) -> Result<Self, Error> {
-        let settings = shown_by(settings, plant);
+        let settings = with_jitter_step(settings, plant);
         let (dt, (steps, step)) = (settings.tick_time(), settings.plant_steps());
         let machine = VirtualMachine { parts: integrator::prepare(plant, steps, step)? };
         let bench = VirtualBench { machine, tick };

@@ -1,4 +1,4 @@
-//! Which controller is the best for which friction: the whole benchmark on both machines, at two rates of control.
+//! The best controller for each friction: the whole benchmark on both machines, at two rates of control.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -7,9 +7,9 @@ use stickslip::benchmark::{Entrant, HOUSE, Manoeuvre, Outcome, Plan, run_plan};
 use stickslip::parameters::presets;
 use stickslip::{Error, Preset, Watch, output};
 
-/// Machines, and in how many ticks of 4 kHz a controller has its turn.
+/// Machines, and ticks of 4 kHz in a sample of the controller.
 const CASES: [(&str, f64); 4] = [("prototype", 4.0), ("prototype", 1.0), ("clm-bench", 4.0), ("clm-bench", 1.0)];
-/// Who is held at how many set-points; and who is sent on ways of all lengths, and on how many.
+/// Controllers held at set-points, and their number; controllers on ways of all lengths, and their number.
 const HELD: [&str; 2] = ["pid+hold", "state-feedback+hold"];
 const PLACES: u64 = 200;
 const SENT: [&str; 5] = ["pid", "cascade+feedforward", "state-feedback", "state-feedback+feedforward", "mpc"];
@@ -17,13 +17,13 @@ const WAYS: u64 = 24;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "docs/studies".into()));
-    // Cells that are finished are kept, so that a study that was stopped goes on.
+    // Finished cells are stored, so that an interrupted study can be resumed.
     let cells = std::env::temp_dir().join("stickslip-benchmark");
     let mut page = String::from(
-        "# The controllers of the house, ranked\n\n\
+        "# Ranking of the built-in controllers\n\n\
          All controllers of `stickslip benchmark`, tuned by the same rules for machine and rate, on all frictions and \
-         manoeuvres: six seeds, twelve set-points to rest at, everything that may be off.\n\n\
-         `cargo xtask study benchmark` makes this page.\n",
+         manoeuvres: six seeds, twelve held set-points, all deviations of the machine.\n\n\
+         Made by `cargo xtask study benchmark`.\n",
     );
     for (machine, divider) in CASES {
         let cells = cells.join(format!("{machine}-{divider}"));
@@ -34,9 +34,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             write!(page, "\n{}", table.caption(caption).markdown())?;
         }
         for (intro, names, manoeuvre, places) in [
-            (format!("{PLACES} set-points to rest at, each with other noise:"), &HELD[..], Manoeuvre::Hold, PLACES),
+            (format!("{PLACES} held set-points, each with other noise:"), &HELD[..], Manoeuvre::Hold, PLACES),
             (
-                format!("{WAYS} ways from 10 µm to 100 mm, as fast as half of the torque admits:"),
+                format!("{WAYS} ways from 10 µm to 100 mm, as fast as half of the torque permits:"),
                 &SENT[..],
                 Manoeuvre::Strokes,
                 WAYS,
@@ -48,13 +48,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 write!(page, "\n{}", table.caption(caption).markdown())?;
             }
         }
-        // What is done is not lost if the rest is not waited for.
+        // Finished results are stored before the rest.
         output::write(&folder.join("benchmark.md"), &page)?;
     }
     Ok(())
 }
 
-/// Some of the house on a machine: on everything, or in one manoeuvre as often as stated.
+/// Some controllers on a machine: in all manoeuvres, or in one manoeuvre with a number of runs.
 fn compare(
     machine: &str,
     divider: f64,

@@ -1,8 +1,8 @@
-//! How often do the 95 % intervals of a calibration contain the truth?
+//! Coverage of the 95 % intervals of a calibration.
 //!
 //!     cargo xtask study calibration
 //!
-//! draws machines at random about their data sheet, lets each bench identify itself, and writes
+//! draws machines at random about their data sheet, calibrates each bench, and writes
 //! `docs/studies/calibration.json` and `calibration.md`. `-- FOLDER PRESET FIRST LAST` runs some of them.
 
 mod study;
@@ -17,12 +17,13 @@ use stickslip::{Error, Summary, output};
 use study::{PRESETS, Score, experiment, scores};
 
 const HEAD: &str = "\
-# Does a calibrated bench know how well?
+# Coverage of calibration intervals
 
-Each experiment draws a machine about its data sheet, which the software goes on believing: torque constants ± 5 %, \
+Each experiment draws a machine about its data sheet, whose values remain in the software: torque constants ± 5 %, \
 masses, stiffness, friction, resistance and inductance ± 20 %, damping and lags ± 50 %, scales of tacho and \
-accelerometer ± 2 %, offsets. Then the bench identifies itself. Steps of the virtual machine are 10 µs. Friction of `clm-bench` is a sum of two Stribeck curves, which none \
-is: the truth of a fitted curve is the fit to the true friction at the same speeds under the same weights. RunOrigin by \
+accelerometer ± 2 %, offsets. Then the bench is calibrated. Steps of the virtual machine are 10 µs. Friction of \
+`clm-bench` is a sum of two Stribeck curves, which is not a Stribeck curve: the true value of a fitted curve is the fit \
+to the true friction at the same speeds under the same weights. Made by \
 `cargo xtask study calibration`; all numbers are in `calibration.json`.
 ";
 
@@ -79,8 +80,8 @@ fn tabulate(summary: &mut Summary, text: &mut String, preset: &str, experiments:
         let n = scores().count() as f64;
         let mean = |value: &dyn Fn(&Score) -> f64| scores().map(value).sum::<f64>() / n;
         let coverage = mean(&|score| f64::from(u8::from(score.error.abs() <= score.half)));
-        // Of the true value: machines differ by more than their errors.
-        let share = |value: f64, truth: f64| 100.0 * value / truth.abs();
+        // Relative to the true value: machines differ by more than their errors.
+        let share = |value: f64, exact: f64| 100.0 * value / exact.abs();
         let rms = mean(&|score| share(score.error, score.truth).powi(2)).sqrt();
         let half = mean(&|score| share(score.half, score.truth).powi(2)).sqrt();
         (inside, total) = (inside + n * coverage, total + n);
@@ -92,7 +93,7 @@ fn tabulate(summary: &mut Summary, text: &mut String, preset: &str, experiments:
         summary.result(&format!("{preset}.{key}.coverage"), coverage, "1");
     }
     summary.result(&format!("{preset}.coverage"), inside / total, "1");
-    let _ = writeln!(text, "\nOf all intervals {:.1} % contain the truth.", 100.0 * inside / total);
+    let _ = writeln!(text, "\nOf all intervals {:.1} % contain the true value.", 100.0 * inside / total);
     for (seed, scores) in experiments {
         let values = scores.iter().map(|score| (score.key, score.value.into()));
         summary.row([("preset", preset.into()), ("seed", (*seed).into())].into_iter().chain(values));

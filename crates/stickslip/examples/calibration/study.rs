@@ -1,4 +1,4 @@
-//! One calibration of a machine drawn at random, held against what the machine truly has.
+//! One calibration of a machine drawn at random, compared with the true machine.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -11,15 +11,15 @@ use stickslip::{Error, Preset, Watch, parameters, true_friction};
 use stickslip_core::friction::{Friction, Model};
 
 /// The benches, and how many machines the study draws about each.
-#[allow(dead_code, reason = "the test looks at some machines only")]
+#[allow(dead_code, reason = "the test uses some machines only")]
 pub(crate) const PRESETS: [(&str, u64); 2] = [("prototype", 100), ("clm-bench", 40)];
 
-/// A number drawn evenly from −1 … 1, one a channel of a seed.
+/// A number drawn evenly from −1 … 1, one for each channel of a seed.
 fn even(seed: u64, channel: u32) -> f64 {
     libm::erf(FRAC_1_SQRT_2 * Normals::new(seed).pair(channel, 0)[0])
 }
 
-/// A preset whose machine is drawn at random about its data sheet, which the software goes on believing.
+/// A preset whose machine is drawn at random about its data sheet, whose values remain in the software.
 pub(crate) fn machine(name: &str, seed: u64) -> Result<Preset<f64>, Error> {
     let mut preset: Preset<f64> = parameters::presets::find(name)?.read()?;
     let plant = &mut preset.plant;
@@ -37,7 +37,7 @@ pub(crate) fn machine(name: &str, seed: u64) -> Result<Preset<f64>, Error> {
     plant.load_motor.winding.torque_constant *= 1.0 + 0.05 * draw();
     plant.load_motor.winding.resistance *= 1.0 + 0.2 * draw();
     plant.load_motor.winding.inductance *= 1.0 + 0.2 * draw();
-    // A commutator, as real ones have it.
+    // Ripple of a typical commutator.
     plant.tacho.ripple = 0.01;
     plant.tacho.bandwidth /= 1.0 + 0.5 * draw();
     plant.tacho.constant *= 1.0 + 0.02 * draw();
@@ -64,7 +64,7 @@ fn scale(friction: &mut Friction<f64>, [breakaway, kinetic, velocity, viscous, s
     }
 }
 
-/// What the machine truly has, by the name of a result; `None` where the fit has a number for what the machine has not.
+/// True value of the machine for a result; `None` for a number without a counterpart in the machine.
 pub(crate) fn true_value(preset: &Preset<f64>, calibration: &Calibration, key: &str) -> Result<Option<f64>, Error> {
     let plant = &preset.plant;
     let bristles = |friction: &Friction<f64>| match friction.model {
@@ -121,7 +121,7 @@ pub(crate) fn experiment(name: &str, seed: u64) -> Result<(Preset<f64>, Calibrat
     Ok((preset, calibration))
 }
 
-/// One number of one experiment against the truth.
+/// One number of one experiment compared with its true value.
 #[allow(dead_code, reason = "the test does not score all of it")]
 pub(crate) struct Score {
     pub(crate) key: &'static str,
@@ -132,12 +132,12 @@ pub(crate) struct Score {
     pub(crate) half: f64,
 }
 
-/// All numbers of a calibration of which the truth is known.
+/// All numbers of a calibration with a known true value.
 pub(crate) fn scores(preset: &Preset<f64>, calibration: &Calibration) -> Result<Vec<Score>, Error> {
     let mut scores = Vec::new();
     for number in &calibration.values {
         if let Some(truth) = true_value(preset, calibration, number.key)? {
-            // Intervals of the friction curve are not symmetric: what counts is the side on which the truth lies.
+            // Intervals of the friction curve are not symmetric: the side of the true value is relevant.
             let half = if truth < number.value { number.value - number.ci95[0] } else { number.ci95[1] - number.value };
             scores.push(Score { key: number.key, value: number.value, truth, error: number.value - truth, half });
         }

@@ -1,4 +1,4 @@
-//! How often do the 95 % intervals of a friction measurement contain the truth?
+//! Coverage of the 95 % intervals of a friction measurement.
 //!
 //!     cargo xtask study coverage
 //!
@@ -16,32 +16,32 @@ use stickslip::fit::PARAMETERS;
 use stickslip::{Error, Summary, output};
 use study::{Experiment, experiment, hits, measure, redraw};
 
-/// Experiments that are kept in full, for the test that the result is still what the program gives.
+/// Experiments stored in full, for the test that the program still gives this result.
 const KEPT: usize = 8;
 
-/// Whole experiments: name, preload, how many, what they are.
+/// Whole experiments: name, preload, number, description.
 const CASES: [(&str, f64, usize, &str); 2] = [
     (
         "released",
         0.0,
         400,
-        "Whole experiments, linings released: the friction is a Stribeck curve; nothing but noise and the motion's own \
-         sway is between it and the fit. The errors that a plateau states are a tenth larger than its scatter, so that \
-         intervals hold a little too often.",
+        "Whole experiments, linings released: the friction is a Stribeck curve, disturbed by noise and by the sway of the \
+         motion only. The stated errors of a plateau are a tenth larger than its scatter, so that intervals \
+         contain the true value slightly too often.",
     ),
     (
         "pressed",
         1.0,
         40,
-        "Whole experiments, linings pressed on: the friction is the sum of two Stribeck curves, which no one curve of \
-         four parameters is. The fit says so by its lack of fit, and widens its intervals.",
+        "Whole experiments, linings pressed on: the friction is the sum of two Stribeck curves, which differs from every \
+         curve of four parameters. The fit reports this as lack of fit, and widens its intervals.",
     ),
 ];
 
-/// Seed of the first experiment; none from here on was looked at while the measurement was made.
+/// Seed of the first experiment; seeds from here on were not used in the development.
 const FIRST_SEED: u64 = 1001;
 
-/// Fits of points that are drawn again.
+/// Number of fits of redrawn points.
 const REDRAWN: usize = 1000;
 
 fn main() -> Result<(), Error> {
@@ -53,8 +53,8 @@ fn main() -> Result<(), Error> {
     let (truth, curve) = measure(0.0, FIRST_SEED)?;
     let redrawn =
         (0..REDRAWN as u64).map(|index| redraw(truth, &curve, FIRST_SEED + index)).collect::<Result<Vec<_>, _>>()?;
-    let about = "The fit alone: the points of one whole experiment, drawn again about the true curve by the errors that \
-                 the measurement states.";
+    let about = "The fit alone: the points of one whole experiment, redrawn about the true curve with the stated errors \
+     of the measurement.";
     report(&mut summary, &mut text, "redrawn", about, &redrawn);
     for (name, preload, count, about) in CASES {
         let experiments = run(name, preload, count)?;
@@ -64,11 +64,11 @@ fn main() -> Result<(), Error> {
 }
 
 const HEAD: &str = "\
-# Do the intervals cover the truth?
+# Coverage of friction intervals
 
 A whole experiment is the quick plan on the virtual bench `clm-bench`: homing, 30 plateaus, evaluation, fit, with a \
-seed of its own. The truth is the least-squares Stribeck fit of the virtual machine's static own friction at the plan's \
-speeds. RunOrigin by `cargo xtask study coverage`; the numbers are in `coverage.json`.
+separate seed. The true values are the least-squares Stribeck fit of the virtual machine's static own friction at the plan's \
+speeds. Made by `cargo xtask study coverage`; the numbers are in `coverage.json`.
 ";
 
 /// All experiments of a case on all cores, in the order of their seeds.
@@ -96,7 +96,7 @@ fn run(name: &str, preload: f64, count: usize) -> Result<Vec<Experiment>, Error>
     done.into_iter().map(|result| result.expect("every index was taken")).collect()
 }
 
-/// Mean error of a parameter, its standard deviation, and the mean standard error as stated, relative to the truth.
+/// Mean error of a parameter, its standard deviation, and the mean standard error stated, relative to the true value.
 fn errors(all: &[Experiment], parameter: usize) -> [f64; 3] {
     let mean = |value: &dyn Fn(&Experiment) -> f64| all.iter().map(value).sum::<f64>() / all.len() as f64;
     let error = |experiment: &Experiment| experiment.fit.parameters[parameter] / experiment.truth[parameter] - 1.0;
@@ -120,8 +120,8 @@ fn report(summary: &mut Summary, text: &mut String, name: &str, about: &str, all
         let percent = [mean, scatter, stated].map(|error| format!("{:.3} %", 100.0 * error)).join(" | ");
         let _ = writeln!(text, "| {words} | {:.1} % | {percent} |", 100.0 * coverage);
         summary.result(&format!("{name}.{parameter}.coverage"), coverage, "1");
-        for (what, error) in [("mean_error", mean), ("scatter", scatter), ("stated", stated)] {
-            summary.result(&format!("{name}.{parameter}.{what}"), error, "1");
+        for (key, error) in [("mean_error", mean), ("scatter", scatter), ("stated", stated)] {
+            summary.result(&format!("{name}.{parameter}.{key}"), error, "1");
         }
     }
     let lack = all.iter().map(|experiment| experiment.fit.lack_of_fit).sum::<f64>() / all.len() as f64;

@@ -7,9 +7,9 @@ use stickslip::noise::Normals;
 use stickslip::{Error, Preset, Watch, parameters, true_friction};
 use stickslip_core::friction::Stribeck;
 
-/// What the virtual machine has and what was fitted to the measurement.
+/// True parameters of the virtual machine, and the fit to the measurement.
 pub(crate) struct Experiment {
-    /// The parameters in truth.
+    /// The true parameters.
     pub(crate) truth: [f64; 4],
     /// The fit.
     pub(crate) fit: StribeckFit,
@@ -32,7 +32,7 @@ pub(crate) fn experiment(preload: f64, seed: u64) -> Result<Experiment, Error> {
     Ok(Experiment { truth, fit: curve.fit()? })
 }
 
-/// Draws the points of a measured curve again, about the true one by the errors that the measurement states, and fits.
+/// Redraws the points of a measured curve about the true one with the stated errors, and fits.
 pub(crate) fn redraw(truth: [f64; 4], measured: &FrictionCurve, seed: u64) -> Result<Experiment, Error> {
     let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] = truth;
     let law = Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, ..Stribeck::default() };
@@ -44,7 +44,7 @@ pub(crate) fn redraw(truth: [f64; 4], measured: &FrictionCurve, seed: u64) -> Re
     Ok(Experiment { truth, fit: fit_stribeck(&points, &FrictionCurve::FIT)? })
 }
 
-/// Which intervals of a fit contain the truth.
+/// Whether the intervals of a fit contain the true values.
 pub(crate) fn hits(truth: &[f64; 4], fit: &StribeckFit) -> [bool; 4] {
     std::array::from_fn(|i| (fit.ci95[i][0]..=fit.ci95[i][1]).contains(&truth[i]))
 }

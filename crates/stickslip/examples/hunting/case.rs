@@ -11,10 +11,10 @@ use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::{Friction, Stribeck};
 use stickslip_core::tick::Order;
 
-/// How long a case runs, and from when on a limit cycle counts [s].
+/// Duration of a case, and start of its evaluation [s].
 const DURATION: f64 = 18.0;
 const FROM: f64 = 6.0;
-/// Extremes that are so many counts apart are no hunting.
+/// Largest distance of the extremes, in counts, that is not hunting.
 const COUNTS: f64 = 3.0;
 
 /// The machines on which cases are drawn.
@@ -24,33 +24,33 @@ pub(crate) const MACHINES: [&str; 2] = ["prototype", "clm-bench"];
 pub(crate) struct Case {
     pub(crate) machine: &'static str,
     pub(crate) preset: Preset<f64>,
-    /// By how much the set-point rests off a count [rad].
+    /// Offset of the set-point from a count [rad].
     off: f64,
     seed: u64,
 }
 
-/// What came of it.
+/// Result of a case.
 pub(crate) struct Outcome {
     pub(crate) predicted: Option<Hunting>,
     pub(crate) truth: Option<Hunting>,
-    /// Largest pole that the describing function sees.
+    /// Largest pole by the describing function.
     pub(crate) radius: f64,
 }
 
 impl Outcome {
-    /// Whether it is predicted that it hunts where it does.
+    /// Whether the prediction of hunting is right.
     pub(crate) fn is_right(&self) -> bool {
         self.predicted.is_some() == self.truth.is_some()
     }
 
-    /// By how much amplitude and interval are off, as shares.
+    /// Relative errors of amplitude and interval.
     pub(crate) fn errors(&self) -> Option<[f64; 2]> {
         let (predicted, truth) = (self.predicted?, self.truth?);
         Some([(predicted.amplitude / truth.amplitude - 1.0).abs(), (predicted.interval / truth.interval - 1.0).abs()])
     }
 }
 
-/// Numbers between 0 and 1 that look random.
+/// Pseudo-random numbers between 0 and 1.
 pub(crate) struct Chance(pub(crate) u64);
 
 impl Chance {
@@ -98,7 +98,7 @@ impl Case {
         let Preset { model, bench: settings, plant } = &self.preset;
         let plan = HuntingPlan { duration: DURATION, from: FROM, counts: COUNTS, ..HuntingPlan::default() };
         let prediction = predict_hunting(model, settings, &plan, &Watch::silent())?;
-        // From the same deviations: the largest cycle counts, there as here.
+        // From the same deviations; the largest cycle is the result in both.
         let mut truth: Option<Hunting> = None;
         for start in plan.starts {
             let mut bench = FastBench::new(plant, software(model, settings)?, settings, settings.divider(), self.seed)?;
@@ -111,10 +111,10 @@ impl Case {
                 }
             }
             let from = (FROM / prediction.period) as usize;
-            let found = Hunting::find(&deviations[from..], prediction.period, COUNTS * prediction.count);
+            let hunting = Hunting::find(&deviations[from..], prediction.period, COUNTS * prediction.count);
             let far = |hunting: Option<Hunting>| hunting.map_or(0.0, |hunting| hunting.amplitude);
-            if far(found) > far(truth) {
-                truth = found;
+            if far(hunting) > far(truth) {
+                truth = hunting;
             }
         }
         Ok(Outcome {

@@ -1,4 +1,5 @@
-//! How well hunting is predicted: the believed drive against the virtual bench with its noise, counts and ticks.
+//! Accuracy of the prediction of hunting: the modelled drive compared with the virtual bench with its noise, counts and
+//! ticks.
 
 mod case;
 
@@ -9,7 +10,7 @@ use case::{Case, Chance, MACHINES};
 use stickslip::design::Hunting;
 use stickslip::output;
 
-/// Cases of a machine.
+/// Number of cases for each machine.
 const CASES: u64 = 50;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -30,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     all.push(error);
                 }
             }
-            let tell = |hunting: Option<Hunting>| {
+            let cells = |hunting: Option<Hunting>| {
                 hunting.map_or("rests |".into(), |it| format!("{:.2} | {:.3}", 1e3 * it.amplitude, it.interval))
             };
             let own = case.preset.model.own;
@@ -42,8 +43,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 own.breakaway_torque,
                 own.kinetic_torque,
                 own.stribeck_velocity,
-                tell(outcome.predicted),
-                tell(outcome.truth),
+                cells(outcome.predicted),
+                cells(outcome.truth),
                 if outcome.is_right() { "" } else { "wrong" }
             )?;
         }
@@ -63,15 +64,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         eprintln!("{machine}: {right} of {CASES} right");
     }
     let page = format!(
-        "# Hunting, predicted and run\n\n\
+        "# Prediction of hunting\n\n\
          Frictions and controllers drawn at random (M_K 0.1 to 0.4 N·m, M_S 1.1 to 2.5 times that, Ω_Strib 0.1 to 5 rad/s; \
          PID controllers with a triple pole at 8 to 40 rad/s and 1 to 3 times its integral gain, every fourth case a state \
-         feedback), predicted by `stickslip hunting` from what is believed, and run for 18 s each from three deviations on the virtual bench with its \
-         noise, counts and ticks. Hunting is what is more than 3 counts from extreme to extreme after 6 s. Errors in \
+         feedback), predicted by `stickslip hunting` from the model, and run for 18 s each from three deviations on the virtual bench with its \
+         noise, counts and ticks. Hunting is a motion of more than 3 counts between extremes after 6 s. Errors in \
          percent.\n\n\
          | machine | cases | hunt | rightly predicted | amplitude: median | p90 | worst | interval: median | p90 | worst | \
          hunt by the describing function |\n|---|---|---|---|---|---|---|---|---|---|---|\n{summary}\n\
-         `cargo xtask study hunting` makes this page.\n\n\
+         Made by `cargo xtask study hunting`.\n\n\
          | machine | controller | M_S [N·m] | M_K [N·m] | Ω_Strib [rad/s] | predicted amplitude [mrad] | interval [s] | \
          true amplitude [mrad] | interval [s] | |\n|---|---|---|---|---|---|---|---|---|---|\n{rows}"
     );

@@ -1,4 +1,4 @@
-//! How exact is the virtual machine, at which step, and what do the alternatives do?
+//! Accuracy of the virtual machine over its step, compared with other schemes.
 //!
 //!     cargo run -p stickslip --example integrator
 //!

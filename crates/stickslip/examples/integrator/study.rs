@@ -1,4 +1,4 @@
-//! The cases of the study, and how far a scheme is from SciPy's Radau on them.
+//! The cases of the study, and the error of a scheme relative to SciPy's Radau.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ pub(crate) struct Case {
     pub(crate) amplitude: f64,
     /// The product's machine.
     pub(crate) plant: Plant<f64>,
-    /// The same for the baselines, where it has one bristle only.
+    /// The same for the baselines, if it has one bristle only.
     pub(crate) drive: Option<ElasticDrive<ElastoPlastic<f64>>>,
     /// Load angle [rad] at each sample, by Radau.
     reference: Vec<f64>,
@@ -80,7 +80,7 @@ pub(crate) fn prototype(stiffness: f64) -> Case {
     Case { amplitude: 0.9, plant, drive: Some(drive), reference: column(csv, "load_angle") }
 }
 
-/// The default bench: bristles of its own in screw, wheel and motor.
+/// The default bench: separate bristles in screw, wheel and motor.
 pub(crate) fn clm_bench() -> Case {
     let csv = include_str!("../../../../tests/reference/integrator/clm-bench.csv");
     let mechanics = TwoMass {
@@ -123,7 +123,7 @@ impl Case {
         for sample in 1..self.reference.len() {
             for step in 0..steps {
                 let t = ((sample - 1) * steps + step) as f64 * dt + 0.5 * dt;
-                // M + τ·Ṁ passes the lag as M; held over the step, it is taken at the middle.
+                // M + τ·Ṁ leaves the lag as M; it is held over the step at its middle value.
                 let aim = self.amplitude * ((TAU * t).sin() + lag * TAU * (TAU * t).cos());
                 machine.step(&mut state, MachineInput { servo_voltage: aim, ..MachineInput::default() }, dt);
             }
@@ -132,7 +132,7 @@ impl Case {
         Ok(self.error(&angles))
     }
 
-    /// Error of a baseline with steps of `dt` [s], a divisor of 10 ms; `Err` as soon as it must refuse a step.
+    /// Error of a baseline with steps of `dt` [s], a divisor of 10 ms; `Err` if it refuses a step.
     pub(crate) fn baseline(&self, scheme: Scheme, dt: f64) -> Result<f64, Error> {
         let drive = self.drive.expect("the case has one bristle");
         let steps = (SAMPLE / dt).round() as usize;
@@ -150,7 +150,7 @@ impl Case {
     }
 }
 
-/// How far the load creeps [rad] in `seconds`, at rest under a mean torque on the motor with a vibration on it [N m];
+/// Creep of the load [rad] in `seconds`, at rest under a mean torque on the motor with a vibration on it [N m];
 /// after a settling time of 2 s, sampled at whole periods.
 pub(crate) fn creep(
     case: &Case,
@@ -179,20 +179,20 @@ pub(crate) fn creep(
     }
     let machine = prepare(&case.plant, 1, dt)?;
     let mut state = MachineState::default();
-    let mut seen = state;
+    let mut before = state;
     for step in 0..steps {
         if step == settled {
             start = state.angle;
         }
         let servo_voltage = torque((step as f64 + 0.5) * dt);
         machine.step(&mut state, MachineInput { servo_voltage, ..MachineInput::default() }, dt);
-        // The step is a pure function: once a state comes back under a constant load, the rest repeats (Brent 1980).
+        // The step is a pure function: once a state recurs under a constant load, the rest repeats (Brent 1980).
         if step > settled && vibration == 0.0 {
-            if state == seen {
+            if state == before {
                 break;
             }
             if step.is_power_of_two() {
-                seen = state;
+                before = state;
             }
         }
     }

@@ -1,8 +1,8 @@
-//! How well is the stiffness predicted from which on a rendering law chatters?
+//! Accuracy of the predicted stiffness at which a rendering law starts to chatter.
 //!
 //!     cargo xtask study margins
 //!
-//! takes random benches, predicts the limit of each law, and looks for it on the whole virtual bench: hunting, with all
+//! takes random benches, predicts the limit of each law, and measures it on the whole virtual bench: hunting, with all
 //! noise, counts and converters. Writes `docs/studies/margins.json` and `margins.md`.
 
 mod study;
@@ -15,18 +15,18 @@ use study::{Limits, laws, levels, limits};
 
 /// Random benches for each law.
 const BENCHES: u64 = 50;
-/// Seed of the first; those before it were looked at while the prediction was made.
+/// Seed of the first bench; those before it were used in the development.
 const FIRST_SEED: u64 = 101;
 
 const HEAD: &str = "\
-# Is chatter predicted?
+# Prediction of chatter
 
-50 random benches (the preset `prototype` with and without its wheel; drive, load motor and lags up to 30 % off, \
-noise as well, own friction and its bristles up to twice or half as much; 1 to 10 kHz), which the software knows. \
+50 random benches (the preset `prototype` with and without its wheel; drive, load motor, lags and noise up to 30 % \
+off, own friction and its bristles up to twice or half as much; 1 to 10 kHz); the software's model has the same values. \
 *Observed* is the stiffness of the desired bristles from which on the load torque changes by more than 20 mN·m rms from \
-millisecond to millisecond while the load sticks, in a hunting run of 15.5 s, to 3 %. A loop that is not stable may stay \
-below that for some while, above all at 1 kHz: there the prediction is far on the safe side; *predicted* is `stickslip::design::stiffness_limit`. RunOrigin \
-by `cargo xtask study margins`; all numbers are in `margins.json`.
+millisecond to millisecond while the load sticks, in a hunting run of 15.5 s, to 3 %. An unstable loop may stay \
+below this for some time, in particular at 1 kHz: there the prediction is far on the safe side; *predicted* is \
+`stickslip::design::stiffness_limit`. Made by `cargo xtask study margins`; all numbers are in `margins.json`.
 
 | law | benches | predicted/observed: least | median | greatest | predicted at least half of observed |
 |-|-|-|-|-|-|
@@ -40,16 +40,16 @@ fn main() -> Result<(), Error> {
     for (name, law) in laws() {
         let mut all = Vec::new();
         for seed in FIRST_SEED..FIRST_SEED + BENCHES {
-            let found = limits(law, seed)?;
-            eprintln!("{name} {seed}: {found:?}");
+            let limits = limits(law, seed)?;
+            eprintln!("{name} {seed}: {limits:?}");
             summary.row([
                 ("law", name.into()),
                 ("seed", seed.into()),
-                ("tick_rate", found.tick_rate.into()),
-                ("predicted", found.predicted.into()),
-                ("observed", found.observed.into()),
+                ("tick_rate", limits.tick_rate.into()),
+                ("predicted", limits.predicted.into()),
+                ("observed", limits.observed.into()),
             ]);
-            all.push(found);
+            all.push(limits);
         }
         let ratios = all.iter().filter_map(|limits: &Limits| Some(limits.predicted? / limits.observed?)).collect();
         report(&mut summary, &mut text, name, ratios);
@@ -66,13 +66,13 @@ fn report(summary: &mut Summary, text: &mut String, name: &str, mut ratios: Vec<
     let half = ratios.iter().filter(|&&ratio| ratio >= 0.5).count() as f64 / count as f64;
     let [least, median, greatest] = [0, count / 2, count - 1].map(|k| ratios[k]);
     summary.result(&format!("{name}.benches"), count as f64, "1");
-    for (what, number) in [("least", least), ("median", median), ("greatest", greatest), ("half", half)] {
-        summary.result(&format!("{name}.{what}"), number, "1");
+    for (key, number) in [("least", least), ("median", median), ("greatest", greatest), ("half", half)] {
+        summary.result(&format!("{name}.{key}"), number, "1");
     }
     let _ = writeln!(text, "| {name} | {count} | {least:.2} | {median:.2} | {greatest:.2} | {:.0} % |", 100.0 * half);
 }
 
-/// Nothing limits the stiffness of the admittance: its chatter itself is compared.
+/// The admittance has no limit of stiffness: its chatter itself is compared.
 fn admittance(summary: &mut Summary, text: &mut String) -> Result<(), Error> {
     let mut all = Vec::new();
     for seed in FIRST_SEED..FIRST_SEED + BENCHES {
@@ -87,8 +87,8 @@ fn admittance(summary: &mut Summary, text: &mut String) -> Result<(), Error> {
         all.push([predicted, observed]);
     }
     text.push_str(
-        "\nNo bristles are too stiff for the admittance (bandwidth 350 rad/s), but its chatter may be too large: predicted \
-         over observed, at the preset's stiffness, of the benches that are not refused.\n\n\
+        "\nThe admittance (bandwidth 350 rad/s) has no limit of stiffness, but its chatter may be too large: predicted \
+         over observed, at the preset's stiffness, of the accepted benches.\n\n\
          | law | benches | predicted/observed: least | median | greatest | predicted at least half of observed |\n\
          |-|-|-|-|-|-|\n",
     );

@@ -1,4 +1,4 @@
-//! One random bench of the study: the limit that is predicted, and the one that the whole virtual bench shows.
+//! One random bench of the study: the predicted limit, and that of the whole virtual bench.
 
 use stickslip::DesignError;
 use stickslip::design::{self, CHATTER_LIMIT, STIFFNESSES};
@@ -12,9 +12,9 @@ pub(crate) fn laws() -> [(&'static str, LawChoice<f64>); 2] {
     [("bristle", LawChoice::Bristle), ("residual", LawChoice::Residual(Residual::default()))]
 }
 
-/// Tick rates that are drawn from [Hz].
+/// Tick rates of the random benches [Hz].
 const RATES: [f64; 6] = [1e3, 2e3, 4e3, 5e3, 8e3, 1e4];
-/// Ratio of the stiffnesses at which the bench is first looked at, and halvings of the interval that is found.
+/// Ratio of the stiffnesses of the first search, and halvings of its interval.
 const STRIDE: f64 = 1.25;
 const HALVINGS: usize = 3;
 
@@ -27,7 +27,7 @@ pub(crate) struct Limits {
 }
 
 /// The prototype with every value of drive, load motor and amplifier up to 30 % off, own friction and its bristles up to
-/// twice or half as much, at a random tick rate, with and without its wheel. The software knows all of it.
+/// twice or half as much, at a random tick rate, with and without its wheel. The software's model has the same values.
 pub(crate) fn bench(law: LawChoice<f64>, seed: u64) -> Result<Cell, Error> {
     let normals = Normals::new(seed);
     let mut channel = 1000;
@@ -75,7 +75,7 @@ pub(crate) fn bench(law: LawChoice<f64>, seed: u64) -> Result<Cell, Error> {
     Ok(cell)
 }
 
-/// What is predicted, and what is seen where the prediction says to look.
+/// The predicted limit, and the observed one near it.
 pub(crate) fn limits(law: LawChoice<f64>, seed: u64) -> Result<Limits, Error> {
     let cell = bench(law, seed)?;
     let bench = &cell.preset;
@@ -84,8 +84,8 @@ pub(crate) fn limits(law: LawChoice<f64>, seed: u64) -> Result<Limits, Error> {
     Ok(Limits { tick_rate: bench.bench.tick_rate, predicted, observed: observed(&cell, predicted, seed)? })
 }
 
-/// Chatter under the admittance with the preset's desired bristles [N m]: predicted, and observed; infinite where the
-/// loop is not stable.
+/// Chatter under the admittance with the preset's desired bristles [N m]: predicted, and observed; infinite for an
+/// unstable loop.
 pub(crate) fn levels(seed: u64) -> Result<[f64; 2], Error> {
     let cell = bench(LawChoice::Admittance(Tracking::default()), seed)?;
     let bench = &cell.preset;
@@ -98,7 +98,7 @@ pub(crate) fn levels(seed: u64) -> Result<[f64; 2], Error> {
     Ok([predicted, chatter(&cell, bench.bench.desired_bristles.stiffness, seed)?])
 }
 
-/// Chatter of a hunting run with these desired bristles [N m/rad]; infinite where it does not come to its end [N m].
+/// Chatter of a hunting run with these desired bristles [N m/rad]; infinite if it is not completed [N m].
 fn chatter(cell: &Cell, stiffness: f64, seed: u64) -> Result<f64, Error> {
     let mut cell = cell.clone();
     cell.preset.bench.desired_bristles.stiffness = stiffness;
@@ -109,7 +109,7 @@ fn chatter(cell: &Cell, stiffness: f64, seed: u64) -> Result<f64, Error> {
 }
 
 /// Chatter while the load sticks: slower than 0.02 rad/s over the 30 ms before and after [N m]. In a slip the load
-/// motor's torque has to change; infinite where the load hardly ever sticks.
+/// motor's torque has to change; infinite if the load hardly ever sticks.
 fn chatter_at_rest(trace: &Trace) -> f64 {
     let window = (0.03 / trace.period).round() as usize;
     let samples = trace.angle.len();

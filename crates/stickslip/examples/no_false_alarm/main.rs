@@ -1,4 +1,4 @@
-//! An hour of bench time in which nothing is wrong: does anything stop the bench?
+//! False alarms in an hour of bench time without faults.
 
 mod scenarios;
 
@@ -15,10 +15,10 @@ fn main() {
             for tick_rate in [1000.0, 4000.0] {
                 for law in [LawChoice::Paper, LawChoice::Bristle] {
                     match run(Case { preset, tick_rate, law, seed }) {
-                        Ok((passed, found)) => {
+                        Ok((passed, raised)) => {
                             time += passed;
-                            found.iter().for_each(|alarm| println!("{alarm}"));
-                            alarms.extend(found);
+                            raised.iter().for_each(|alarm| println!("{alarm}"));
+                            alarms.extend(raised);
                         }
                         Err(error) => {
                             refused += 1;

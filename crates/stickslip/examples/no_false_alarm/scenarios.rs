@@ -1,4 +1,4 @@
-//! What a healthy bench does all day: the scenarios of the fidelity benchmark, speeds one after another, random strokes.
+//! Scenarios of a healthy bench: the scenarios of the fidelity benchmark, speeds one after another, random strokes.
 
 use stickslip::bench::{Bench, Command, VirtualBench};
 use stickslip::experiment::home;
@@ -30,7 +30,7 @@ fn scenarios(seed: u64) -> [(&'static str, Tuning, Reference<f64>, f64); 7] {
     ]
 }
 
-/// A bench as it is run.
+/// Settings of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Case {
     /// Its preset.
@@ -39,14 +39,14 @@ pub(crate) struct Case {
     pub(crate) tick_rate: f64,
     /// Its law.
     pub(crate) law: LawChoice<f64>,
-    /// Of noise and strokes.
+    /// Seed of noise and strokes.
     pub(crate) seed: u64,
 }
 
-/// Runs all scenarios; bench time [s], and what stopped it though nothing was wrong.
+/// Runs all scenarios; returns the bench time [s] and the false alarms.
 ///
 /// # Errors
-/// What the design of the bench refuses.
+/// Errors of the bench's design.
 pub(crate) fn run(case: Case) -> Result<(f64, Vec<String>), Error> {
     let mut preset: Preset<f64> = parameters::presets::find(case.preset)?.read()?;
     preset.bench.tick_rate = case.tick_rate;
@@ -67,7 +67,7 @@ pub(crate) fn run(case: Case) -> Result<(f64, Vec<String>), Error> {
             let mut generator = Generator::new(reference, case.tick_rate).with_origin(position);
             let rest = Setpoint { position, ..Setpoint::default() };
             for k in 0..ticks {
-                // A step is asked for at once, as in the benchmark.
+                // A step is commanded at once, as in the benchmark.
                 let setpoint = if k == 0 { rest } else { generator.next() };
                 bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() })?;
             }

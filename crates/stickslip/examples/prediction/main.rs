@@ -1,4 +1,4 @@
-//! Which friction predicts what its fit has not seen?
+//! Prediction of unseen data by fitted frictions.
 //!
 //!     cargo xtask study prediction
 //!
@@ -17,8 +17,8 @@ use stickslip::identify::servo::{self, Fitted, Kind};
 use stickslip::{Error, Summary, Watch, output};
 use study::{EMPS_BLOCKS, Emps, XL330_GROUPS, Xl330};
 
-/// Parameters of the richest friction whose covariance alone would not be believed, with their units, how far their
-/// profile reaches and in how many steps.
+/// Parameters of the richest friction whose covariance alone is not reliable, with their units, the range of their
+/// profile and its number of steps.
 const DOUBTFUL: [(usize, &str, f64, usize); 4] =
     [(1, "N", 10.0, 10), (9, "s", 10.0, 10), (10, "N/m", 100.0, 12), (11, "N s/m", 30.0, 10)];
 
@@ -36,12 +36,12 @@ fn main() -> Result<(), Error> {
 }
 
 const HEAD: &str = "\
-# Which friction predicts what it has not seen?
+# Prediction of unseen data by fitted frictions
 
-Each friction is fitted to a part of a recording and simulates the rest, which its fit has not seen: the closed loop with \
-its controller, from the measured state at the begin. Then the next part is left out. A friction is called better than a \
+Each friction is fitted to a part of a recording and simulates the rest, which the fit did not use: the closed loop with \
+its controller, from the measured state at the start. Then the next part is left out. A friction is called better than a \
 simpler one only if its error on the parts is smaller by more than the standard error of the difference; parts of one \
-recording are alike, so that this is the least that must be asked. RunOrigin by `cargo xtask study prediction`; the numbers \
+recording are alike, so that this is a minimum requirement. Made by `cargo xtask study prediction`; the numbers \
 are in `prediction.json`.
 ";
 
@@ -49,7 +49,7 @@ fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Mean square errors, a row a model: which one to use, as lines of a table and a sentence.
+/// Mean square errors, one row for each model: the recommended model, as lines of a table and a sentence.
 struct Verdict {
     choice: Choice,
     /// rms over all folds.
@@ -63,7 +63,7 @@ impl Verdict {
         Verdict { choice: choose(&squares).expect("several folds"), rms }
     }
 
-    /// By how much a model's mean square is behind that of the best, in standard errors.
+    /// Difference of a model's mean square from that of the best, in standard errors.
     fn behind(&self, model: usize) -> String {
         match self.choice.behind[model] {
             _ if model == self.choice.best => "best".into(),
@@ -78,14 +78,14 @@ impl Verdict {
         } else {
             format!(
                 "\n{} predicts best, but **{}** is simpler and not worse by more than the standard error of the \
-                 difference: it is the one to use.\n",
+                 difference: it is recommended.\n",
                 titles[best], titles[chosen]
             )
         }
     }
 }
 
-/// Errors on the parts, a line a model.
+/// Errors on the parts, one line for each model.
 fn figure(title: &str, x: &str, y: Axis, models: &[(&str, Vec<f64>)]) -> Figure {
     let roles = [Role::Reference, Role::Measured, Role::Fitted, Role::Desired];
     models.iter().enumerate().fold(Figure::new(title).x(Axis::new(x, "1")).y(y), |figure, (k, (name, errors))| {
@@ -138,11 +138,11 @@ fn emps(summary: &mut Summary, text: &mut String, figures: &Path) -> Result<(), 
         let _ = write!(text, " {} {:.1} mV.", friction.title(), 1e3 * rms);
         summary.result(&format!("emps.{}.published_error", friction.name()), rms, "V");
     }
-    text.push_str(" They have seen what they predict.\n");
+    text.push_str(" Their fit used the predicted data.\n");
     let models: Vec<(&str, Vec<f64>)> =
         Friction::ALL.into_iter().zip(&errors).map(|(friction, row)| (friction.title(), row.clone())).collect();
-    let drawn = figure("EMPS: error on the block that was left out", "block", Axis::new("rms u − û", "V"), &models);
-    output::write(&figures.join("emps.svg"), drawn.svg())?;
+    let errors_figure = figure("EMPS: error on the left-out block", "block", Axis::new("rms u − û", "V"), &models);
+    output::write(&figures.join("emps.svg"), errors_figure.svg())?;
     profiles(&emps, summary, text, figures)
 }
 
@@ -161,11 +161,11 @@ fn profiles(emps: &Emps, summary: &mut Summary, text: &mut String, figures: &Pat
         jobs.into_iter().map(|job| job.join().expect("a profile does not panic")).collect::<Result<_, Error>>()
     })?;
     text.push_str(
-        "\n### What the recording does not tell\n\nProfile likelihood: each parameter of the LuGre model is held at one \
-         value after the other, and all others are fitted again. Where the sum of squares does not rise beyond the 95 % \
-         limit, the recording has no opinion; that residuals follow each other is counted.\n\n",
+        "\n### Parameters that the recording does not determine\n\nProfile likelihood: each parameter of the LuGre model is \
+         held at one value after the other, and all others are fitted again. If the sum of squares does not rise above \
+         the 95 % limit, the recording does not determine the parameter; the correlation of residuals is included.\n\n",
     );
-    let mut drawn = Figure::new("EMPS: profiles of doubtful parameters")
+    let mut profiles_figure = Figure::new("EMPS: profiles of doubtful parameters")
         .x(Axis::new("log10 of the value over that of the fit", "1"))
         .y(Axis::new("rise of the log-likelihood, twice", "1").range(0.0, 5.0 * Profile::LIMIT));
     let roles = [Role::Measured, Role::Fitted, Role::Desired, Role::Reference];
@@ -173,18 +173,22 @@ fn profiles(emps: &Emps, summary: &mut Summary, text: &mut String, figures: &Pat
         let advice = if profile.is_identifiable() { String::new() } else { format!(" {}", would_tell(*parameter)) };
         let _ = writeln!(text, "- {profile}.{advice}");
         let place = |(value, rise): (f64, f64)| (value - profile.best.log10(), rise);
-        drawn = drawn.series(Series::line(roles[k % roles.len()], profile.name.clone(), profile.rises().map(place)));
+        profiles_figure = profiles_figure.series(Series::line(
+            roles[k % roles.len()],
+            profile.name.clone(),
+            profile.rises().map(place),
+        ));
         for (end, limit) in ["low", "high"].into_iter().zip(profile.interval()) {
             let name = format!("emps.profile.{}.{end}", profile.name);
             summary.result(&name, limit.unwrap_or(f64::NAN), &profile.unit);
         }
     }
     let limit = [(-2.0, Profile::LIMIT), (2.0, Profile::LIMIT)];
-    drawn = drawn.series(Series::line(Role::Reference, "95 %", limit).dashed());
-    output::write(&figures.join("profiles.svg"), drawn.svg())
+    profiles_figure = profiles_figure.series(Series::line(Role::Reference, "95 %", limit).dashed());
+    output::write(&figures.join("profiles.svg"), profiles_figure.svg())
 }
 
-/// Each kind fitted to all runs but those of a group, the simpler ones first.
+/// Each kind fitted to all runs except those of a group, the simpler ones first.
 fn fits(xl330: &Xl330, group: usize, watch: &Watch) -> Result<Vec<Fitted>, Error> {
     let [_, others] = xl330.parted(group);
     let mut fits: Vec<Fitted> = Vec::new();
@@ -237,10 +241,10 @@ fn xl330(summary: &mut Summary, text: &mut String, figures: &Path) -> Result<(),
         let parameters = servo::fields().iter().filter(|field| kind.has(field.name)).count();
         let rms = |row: &[f64]| (row.iter().map(|error| error * error).sum::<f64>() / row.len() as f64).sqrt();
         let theirs = published[k].as_deref().map(rms);
-        let said = theirs.map_or_else(String::new, |rms| format!("{:.0} mrad", 1e3 * rms));
+        let published = theirs.map_or_else(String::new, |rms| format!("{:.0} mrad", 1e3 * rms));
         let _ = writeln!(
             text,
-            "| {} | {parameters} | {:.0} mrad | {} | {said} |",
+            "| {} | {parameters} | {:.0} mrad | {} | {published} |",
             kind.title(),
             1e3 * verdict.rms[k],
             verdict.behind(k)
@@ -251,19 +255,19 @@ fn xl330(summary: &mut Summary, text: &mut String, figures: &Path) -> Result<(),
     text.push_str(&verdict.sentence(&Kind::ALL.map(Kind::title)));
     text.push_str(
         "\nBAM's authors fitted theirs to this type of servo by runs and a criterion of their own, ours are fitted to nine of \
-         these twelve runs by the criterion of the table: the comparison says what a fit to the machine at hand is worth, \
-         not whose method is better.",
+         these twelve runs by the criterion of the table: the comparison shows the benefit of a fit to the machine at hand, \
+         it does not compare the methods.",
     );
     if verdict.choice.best + 1 < Kind::ALL.len() {
         text.push_str(
-            " Richer frictions than the best do worse: stick gives their fits many minima of nearly equal depth, and what \
-             they learn of nine runs does not hold for the others.",
+            " Richer frictions than the best have larger errors: stick gives their fits many minima of nearly equal depth, and \
+             parameters fitted to nine runs are not valid for the others.",
         );
     }
     text.push('\n');
     let models: Vec<(&str, Vec<f64>)> =
         Kind::ALL.into_iter().zip(&errors).map(|(kind, row)| (kind.title(), row.clone())).collect();
-    let drawn =
-        figure("XL330: error on the runs that were left out", "group of runs", Axis::new("rms q − q̂", "rad"), &models);
-    output::write(&figures.join("xl330.svg"), drawn.svg())
+    let errors_figure =
+        figure("XL330: error on the left-out runs", "group of runs", Axis::new("rms q − q̂", "rad"), &models);
+    output::write(&figures.join("xl330.svg"), errors_figure.svg())
 }

@@ -1,4 +1,4 @@
-//! Both recordings and how they are cut; shared with the test of the committed result.
+//! Both recordings and their parts; shared with the test of the committed result.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,7 @@ impl Emps {
         Ok(Emps { machine, signals, motion })
     }
 
-    /// What others published for a friction, fitted to the whole record.
+    /// Published parameters of a friction, fitted to the whole record.
     pub(crate) fn published(&self, friction: Friction) -> Option<Fit> {
         let (group, names): (_, &[(&str, &str)]) = match friction {
             Friction::Viscous => (

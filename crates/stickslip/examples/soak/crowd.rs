@@ -1,5 +1,5 @@
-//! A bench by the clock with everything attached: it is recorded, four viewers stream 64 signals, a master of XCP measures
-//! 20 in every cycle, somebody captures, somebody tunes, and the axis follows a sine under the rendering law.
+//! A bench in real time with all clients: it is recorded, four viewers stream 64 signals, an XCP master measures 20 in
+//! every cycle, one client captures, one tunes, and the axis follows a sine under the rendering law.
 
 #[path = "master.rs"]
 mod master;
@@ -22,29 +22,29 @@ use stickslip::{Error, Preset, parameters};
 
 pub(crate) use master::Measured;
 
-/// Who streams, and how many signals each.
+/// Number of viewers, and of signals each.
 pub(crate) const VIEWERS: usize = 4;
 pub(crate) const SIGNALS: usize = 16;
-/// From point to point [s], and from look to look of a viewer.
+/// Time between points [s], and between polls of a viewer.
 const EVERY: f64 = 0.02;
 const LOOK: Duration = Duration::from_millis(50);
-/// From capture to capture, and from change to change of a parameter.
+/// Time between captures, and between changes of a parameter.
 const TUNED: Duration = Duration::from_secs(2);
 
-/// Everybody at a bench.
+/// All clients of a bench.
 pub(crate) struct Crowd {
     live: Arc<Live>,
     leave: Arc<AtomicBool>,
-    viewers: Vec<JoinHandle<Result<Seen, Error>>>,
+    viewers: Vec<JoinHandle<Result<Received, Error>>>,
     tuner: JoinHandle<Result<Tuned, Error>>,
     xcp: Xcp,
     master: JoinHandle<std::io::Result<Measured>>,
 }
 
-/// What a viewer saw.
+/// Cycles received by a viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Seen {
-    /// Cycles that were in a point, and those that a point says are in none.
+pub(crate) struct Received {
+    /// Cycles in points, and missing cycles reported by points.
     pub(crate) cycles: u64,
     pub(crate) missing: u64,
     /// The first cycle of the first point, and the last one of the last.
@@ -52,25 +52,25 @@ pub(crate) struct Seen {
     pub(crate) to: u64,
 }
 
-/// What the one who tunes and captures did.
+/// Counts of the tuning client.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tuned {
-    /// Changes of a parameter, captures, and cycles that these lack.
+    /// Changes of a parameter, captures, and cycles missing in captures.
     pub(crate) changes: u64,
     pub(crate) captures: u64,
     pub(crate) lost: u64,
 }
 
-/// What all of them say at the end.
-pub(crate) struct Left {
-    pub(crate) seen: Vec<Seen>,
+/// Results of all clients.
+pub(crate) struct Results {
+    pub(crate) received: Vec<Received>,
     pub(crate) tuned: Tuned,
     pub(crate) measured: Measured,
     pub(crate) clocked: TimingReport,
 }
 
 impl Crowd {
-    /// Switches a bench on and homes it; all come.
+    /// Switches a bench on, homes it, and starts all clients.
     pub(crate) fn gather(
         preset: &str,
         rate: f64,
@@ -106,28 +106,28 @@ impl Crowd {
         let tuner = thread::spawn(move || tune(&tuned, &leaves));
         let xcp = Xcp::open(&live, Doors { udp: Some(([127, 0, 0, 1], 0).into()), tcp: None }, PATIENCE)
             .map_err(xcp_failed)?;
-        let door = xcp.doors.udp.expect("it was asked for");
+        let door = xcp.doors.udp.expect("the UDP door was requested");
         let leaves = leave.clone();
         let master = thread::spawn(move || master::Master::measure(door, rate)?.follow(&leaves));
         Ok(Crowd { live, leave, viewers, tuner, xcp, master })
     }
 
-    /// How the bench is.
+    /// Status of the bench.
     pub(crate) fn status(&self) -> Result<Status, Error> {
         status(&self.live)
     }
 
-    /// All leave, the bench ends.
-    pub(crate) fn leave(self) -> Result<Left, Error> {
+    /// Stops all clients and the bench.
+    pub(crate) fn leave(self) -> Result<Results, Error> {
         self.leave.store(true, Ordering::Relaxed);
-        let seen = self.viewers.into_iter().map(|viewer| viewer.join().expect("a viewer does not panic"));
-        let seen = seen.collect::<Result<_, _>>()?;
-        let tuned = self.tuner.join().expect("who tunes does not panic")?;
+        let received = self.viewers.into_iter().map(|viewer| viewer.join().expect("a viewer does not panic"));
+        let received = received.collect::<Result<_, _>>()?;
+        let tuned = self.tuner.join().expect("the tuning client does not panic")?;
         let measured = self.master.join().expect("a master does not panic").map_err(xcp_failed)?;
         self.xcp.stop();
-        let live = Arc::into_inner(self.live).expect("all have left");
+        let live = Arc::into_inner(self.live).expect("all clients have stopped");
         let gone = || Error::BenchFault { cycle: 0, reason: "the real-time loop had ended by itself".into() };
-        Ok(Left { seen, tuned, measured, clocked: live.stop().ok_or_else(gone)? })
+        Ok(Results { received, tuned, measured, clocked: live.stop().ok_or_else(gone)? })
     }
 }
 
@@ -144,34 +144,34 @@ fn status(live: &Live) -> Result<Status, Error> {
     }
 }
 
-/// Streams until all leave.
-fn view(live: &Live, viewer: usize, leave: &AtomicBool) -> Result<Seen, Error> {
+/// Streams until the end.
+fn view(live: &Live, viewer: usize, leave: &AtomicBool) -> Result<Received, Error> {
     let name = format!("viewer {viewer}");
-    // Each others, all of them in turn.
+    // Each viewer has other signals, all signals in turn.
     let signals = channels().into_iter().map(|entry| entry.path).cycle().skip(viewer * SIGNALS).take(SIGNALS).collect();
     let Answer::Capture { capture, .. } = live.call(&name, Call::Stream { signals, every: EVERY })? else {
         unreachable!("a stream has a number")
     };
-    let mut seen = Seen::default();
+    let mut received = Received::default();
     loop {
         let last = leave.load(Ordering::Relaxed);
         if let Answer::Points { points } = live.call(&name, Call::Points { capture })? {
             for point in points {
-                if seen.cycles == 0 {
-                    seen.from = point.from;
+                if received.cycles == 0 {
+                    received.from = point.from;
                 }
-                seen = Seen { missing: seen.missing + point.missing, to: point.to, ..seen };
-                seen.cycles += point.to - point.from + 1;
+                received = Received { missing: received.missing + point.missing, to: point.to, ..received };
+                received.cycles += point.to - point.from + 1;
             }
         }
         if last {
-            return Ok(seen);
+            return Ok(received);
         }
         thread::sleep(LOOK);
     }
 }
 
-/// Changes a parameter, takes that back, and captures what happens.
+/// Changes a parameter, reverts it, and captures the effect.
 fn tune(live: &Live, leave: &AtomicBool) -> Result<Tuned, Error> {
     let mut tuned = Tuned::default();
     while !leave.load(Ordering::Relaxed) {

@@ -1,4 +1,4 @@
-//! A master of XCP by datagrams that measures twenty signals with every cycle, and counts what is missing.
+//! An XCP master over UDP that measures twenty signals in every cycle, and counts losses.
 
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
@@ -8,17 +8,17 @@ use std::time::Duration;
 use stickslip::xcp::frame::{self, Next};
 use stickslip::xcp::{Layout, MAX_DTO};
 
-/// Signals that it measures.
+/// Number of measured signals.
 const MEASURED: usize = 20;
-/// What stands before the signals of a row: identification and time.
+/// Bytes before the signals of a row: identification and time.
 const HEAD: usize = 6;
-/// How long an answer may take.
+/// Timeout of a response.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// What a master measured.
+/// Counts of a master.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Measured {
-    /// Rows, frames that the counter says are missing, and cycles that are in no row.
+    /// Rows, frames missing by the counter, and missing cycles.
     pub(crate) rows: u64,
     pub(crate) frames: u64,
     pub(crate) missing: u64,
@@ -33,7 +33,7 @@ pub(crate) struct Master {
 }
 
 impl Master {
-    /// Connects to a bench of a rate [Hz] and begins to measure.
+    /// Connects to a bench of a rate [Hz] and starts to measure.
     pub(crate) fn measure(address: SocketAddr, rate: f64) -> io::Result<Self> {
         let socket = UdpSocket::bind((address.ip(), 0))?;
         socket.connect(address)?;
@@ -42,7 +42,7 @@ impl Master {
         let signals = Layout::new(rate).measurements;
         let write = |address: u32| [&[0xe1, 0xff, 8, 0][..], &address.to_le_bytes()].concat();
         let writes = signals.iter().take(MEASURED).map(|cell| write(cell.address));
-        let begin: [&[u8]; 6] = [
+        let start: [&[u8]; 6] = [
             // CONNECT; FREE_DAQ; one list of one table with as many entries; to its first.
             &[0xff, 0],
             &[0xd6],
@@ -53,26 +53,26 @@ impl Master {
         ];
         // With every cycle and its time; start.
         let end: [&[u8]; 2] = [&[0xe0, 0x10, 0, 0, 0, 0, 1, 0], &[0xde, 1, 0, 0]];
-        let begin = begin.map(<[u8]>::to_vec).into_iter();
-        for command in begin.chain(writes).chain(end.map(<[u8]>::to_vec)) {
+        let start = start.map(<[u8]>::to_vec).into_iter();
+        for command in start.chain(writes).chain(end.map(<[u8]>::to_vec)) {
             let mut out = Vec::new();
             frame::push(&mut out, &mut 0, [&command, &[]]);
             master.socket.send(&out)?;
-            while master.hear()? != Some(0xff) {}
+            while master.receive()? != Some(0xff) {}
         }
         Ok(master)
     }
 
-    /// Takes all rows until it shall leave.
+    /// Receives all rows until the end.
     pub(crate) fn follow(mut self, leave: &AtomicBool) -> io::Result<Measured> {
         while !leave.load(Ordering::Relaxed) {
-            self.hear()?;
+            self.receive()?;
         }
         Ok(self.measured)
     }
 
-    /// Takes a datagram: the response in it, if any. A refusal is an error.
-    fn hear(&mut self) -> io::Result<Option<u8>> {
+    /// Receives a datagram; returns the response in it, if any. A refusal is an error.
+    fn receive(&mut self) -> io::Result<Option<u8>> {
         let mut datagram = [0; 2048];
         let size = self.socket.recv(&mut datagram)?;
         let (mut rest, mut response) = (&datagram[..size], None);
@@ -91,7 +91,7 @@ impl Master {
         Ok(response)
     }
 
-    /// A row begins with the number of its cycle.
+    /// A row starts with the number of its cycle.
     fn row(&mut self, packet: &[u8]) {
         let Some(Ok(cycle)) = packet.get(HEAD..HEAD + 8).map(<[u8; 8]>::try_from) else { return };
         let cycle = f64::from_le_bytes(cycle);

@@ -1,4 +1,4 @@
-//! One soak: so many seconds of a crowd, and what is left of them.
+//! One soak test: all clients for a time, and its results.
 
 use std::path::Path;
 use std::thread;
@@ -8,35 +8,35 @@ use stickslip::bench::ThreadSettings;
 use stickslip::run::{Replayed, Stored};
 use stickslip::{Error, Watch};
 
-use super::crowd::{Crowd, Left};
+use super::crowd::{Crowd, Results};
 
-/// Of what its duration is cut into: memory is looked at at the end of each.
+/// Parts of its duration; memory is sampled at the end of each.
 pub(crate) const PARTS: u32 = 20;
 
-/// What a soak came to.
+/// Results of a soak test.
 pub(crate) struct Soaked {
-    /// What everybody said.
-    pub(crate) left: Left,
+    /// Results of the clients.
+    pub(crate) results: Results,
     /// The record, replayed: rows, and whether every bit is the same.
     pub(crate) replayed: Replayed,
     /// Bytes of the record's file.
     pub(crate) bytes: u64,
-    /// Cycles that found no room on their way to recorder and viewers, as the bench says.
+    /// Cycles lost by full buffers on the way to recorder and viewers, counted by the bench.
     pub(crate) lost: u64,
-    /// Memory of the process at the end of each part [bytes]; empty where the system does not tell.
+    /// Memory of the process at the end of each part [bytes]; empty if the system does not report it.
     pub(crate) memory: Vec<u64>,
 }
 
-/// Soaks for so many seconds; the folder takes the record.
+/// Runs a soak test for a time; the record is stored in the folder.
 pub(crate) fn soak(rate: f64, seconds: f64, thread_settings: ThreadSettings, folder: &Path) -> Result<Soaked, Error> {
     let file = folder.join("run.mf4");
     let crowd = Crowd::gather("clm-bench", rate, thread_settings, &folder.join("project"), file.clone())?;
-    let begin = Instant::now();
+    let start = Instant::now();
     let mut memory = Vec::new();
     let mut lost = 0;
     for part in 1..=PARTS {
         let end = Duration::from_secs_f64(seconds * f64::from(part) / f64::from(PARTS));
-        thread::sleep(end.saturating_sub(begin.elapsed()));
+        thread::sleep(end.saturating_sub(start.elapsed()));
         memory.extend(resident());
         let status = crowd.status()?;
         lost = status.clock.lost;
@@ -48,10 +48,10 @@ pub(crate) fn soak(rate: f64, seconds: f64, thread_settings: ThreadSettings, fol
             memory.last()
         );
     }
-    let left = crowd.leave()?;
+    let results = crowd.leave()?;
     let bytes = std::fs::metadata(&file).map_err(|source| Error::file(&file, "read", source))?.len();
     let replayed = Stored::open(&file)?.replay(&Watch::silent())?;
-    Ok(Soaked { left, replayed, bytes, lost, memory })
+    Ok(Soaked { results, replayed, bytes, lost, memory })
 }
 
 /// Memory of this process [bytes].

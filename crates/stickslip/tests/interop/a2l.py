@@ -1,4 +1,4 @@
-"""What readers in Python make of a description: how many measurements and parameters, and what they complain of.
+"""Results of Python readers for a description: numbers of measurements and parameters, and their complaints.
 
     python3 crates/stickslip/tests/interop/a2l.py bench.a2l      # pya2l 0.4.0 or pya2ldb 1.0.355
 

@@ -1,4 +1,4 @@
-"""What asammdf makes of a recording: everything as JSON, the values as raw numbers where a folder is given.
+"""Contents of a recording read by asammdf: JSON, and the values as raw numbers if a folder is given.
 
     python3 crates/stickslip/tests/interop/mdf.py run.mf4 [FOLDER]      # asammdf 8.8.28
 
@@ -43,7 +43,7 @@ with asammdf.MDF(path) as mdf:
     times = mdf.get_master(0)
     assert (np.diff(times) > 0).all(), "time does not go up"
     info = mdf.info()
-    seen = {
+    contents = {
         "version": mdf.version,
         "finalized": mdf.identification.file_identification == b"MDF     " and not mdf.identification["unfinalized_standard_flags"],
         "start": mdf.header.abs_time,
@@ -64,6 +64,6 @@ with asammdf.MDF(path) as mdf:
         ],
     }
 
-print(json.dumps(seen, indent=2))
+print(json.dumps(contents, indent=2))
 if logged:
-    sys.exit("asammdf says:\n" + "\n".join(logged))
+    sys.exit("messages of asammdf:\n" + "\n".join(logged))

@@ -30,7 +30,7 @@ host, port = place.rsplit(":", 1)
 
 
 class Counting(DaqOnlinePolicy):
-    """Takes every row, and looks at nothing but whether one is missing."""
+    """Receives every row, and checks only that none is missing."""
 
     def initialize(self):
         self.rows, self.gaps, self.late = 0, 0, 0
@@ -71,7 +71,7 @@ class Frames:
 
 
 def tapped(transport):
-    """Sees all bytes that come, as they come; before the transport is connected."""
+    """Receives all raw bytes; installed before the transport is connected."""
     frames = Frames()
     packets = transport._packets
 
@@ -133,7 +133,7 @@ with master as xcp:
     seen["written"] = read(GAIN) == 11.5
     seen["refused"] = refusal(lambda: write(GAIN, -1.0))
     seen["wild"] = refusal(lambda: xcp.shortUpload(8, 0xDEADBEEF))
-    # Pages: two values that are no pair with those in force, together.
+    # Pages: two values that must be set together, since neither fits the active ones.
     segments = xcp.getPagProcessorInfo().maxSegments
     address, length = (xcp.getSegmentInfo(0, 0, part, 0).basicInfo for part in (0, 1))
     xcp.setCalPage(0x01, 0, 1)

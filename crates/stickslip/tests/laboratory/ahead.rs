@@ -1,4 +1,4 @@
-//! Experiments do not mind that commands go ahead of what comes of them, as they do where a bench runs by the clock.
+//! Experiments give the same results if commands are ahead of their frames, as in real time.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use stickslip::{Error, Model, Preset, Settings, Watch, parameters};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::SafetyState;
 
-/// A bench whose frames come so many ticks late.
+/// A bench with frames delayed by a number of ticks.
 struct Ahead {
     bench: VirtualBench,
     ticks: usize,
@@ -69,7 +69,7 @@ impl Bench for Ahead {
     }
 }
 
-/// Homed in lockstep, so that both begin alike.
+/// Homed in lockstep, so that both start alike.
 fn ahead(ticks: usize) -> Result<Ahead, Error> {
     let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     let mut bench = VirtualBench::new(&preset, 1)?;
@@ -79,7 +79,7 @@ fn ahead(ticks: usize) -> Result<Ahead, Error> {
 
 fn both<R: PartialEq>(experiment: impl Fn(&mut dyn Bench) -> R) {
     let [now, late] = [0, 200].map(|ticks| experiment(&mut ahead(ticks).expect("a bench that homes")));
-    assert!(now == late, "the measurement depends on when its frames come");
+    assert!(now == late, "the measurement depends on when its frames arrive");
 }
 
 #[test]
@@ -95,7 +95,7 @@ fn presliding_and_a_sweep_are_the_same_bit_for_bit() {
 }
 
 #[test]
-fn what_waits_for_the_machine_finds_it_all_the_same() {
+fn searches_on_the_machine_give_the_same_results() {
     // The index 50 ms later, the drive torque 50 ms longer on its ramp: within the resolution of either.
     let preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
     let [now, late] = [0, 200].map(|ticks| {
@@ -106,7 +106,7 @@ fn what_waits_for_the_machine_finds_it_all_the_same() {
         let plan = BreakawayPlan { angles: 2.0, repetitions: 1.0, ..BreakawayPlan::default() };
         (zero, measure_breakaway(&plan, &mut bench, &Watch::silent()).unwrap())
     });
-    assert_eq!(now.0, late.0, "the latched counter knows where the index was");
+    assert_eq!(now.0, late.0, "the latched counter has the place of the index");
     let torques = |breakaway: &stickslip::experiment::Breakaway| -> Vec<f64> {
         breakaway.ramps.iter().map(|ramp| ramp.torque.expect("it breaks away")).collect()
     };

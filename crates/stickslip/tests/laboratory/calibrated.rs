@@ -1,13 +1,13 @@
-//! The committed study of calibrated benches: what it says of the picked law.
+//! The committed study of calibrated benches: its results for the selected law.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
-/// Means over all measures of one law on one machine but the counts: error and floor.
+/// Means over all measures except the counts, of one law on one machine: error and floor.
 type Means = BTreeMap<(u64, String), [f64; 2]>;
 
-/// Also which law was picked on each machine.
+/// Means, and the selected law of each machine.
 fn means(study: &Value) -> (Means, BTreeSet<(u64, String)>) {
     let mut sums: BTreeMap<(u64, String), [f64; 3]> = BTreeMap::new();
     let mut picked = BTreeSet::new();
@@ -19,7 +19,7 @@ fn means(study: &Value) -> (Means, BTreeSet<(u64, String)>) {
         if row["scenario"].as_str().is_some_and(|name| name.ends_with("count")) {
             continue;
         }
-        // Not stable is as bad as nothing.
+        // An unstable run counts as the full error.
         let share = |name: &str| row[name].as_f64().map_or(1.0, |share| share.min(1.0));
         let sum = sums.entry(key).or_default();
         *sum = [sum[0] + share("difference"), sum[1] + share("floor"), sum[2] + 1.0];
@@ -28,21 +28,27 @@ fn means(study: &Value) -> (Means, BTreeSet<(u64, String)>) {
 }
 
 #[test]
-fn the_picked_law_is_as_good_as_the_best_one_or_below_the_noise_of_the_machine() {
+fn the_selected_law_is_near_the_best_one_or_below_the_noise_of_the_machine() {
     let study: Value =
         serde_json::from_str(include_str!("../../../../docs/studies/calibrated.json")).expect("it is JSON");
     let (means, picked) = means(&study);
     assert!(picked.len() >= 20);
-    let mut near = 0;
+    let (mut near, mut near_or_below_floor) = (0, 0);
     for key in &picked {
         let [error, floor] = means[key];
         let of_machine = means.iter().filter(|((seed, _), _)| *seed == key.0).map(|(_, [error, _])| *error);
         let best = of_machine.fold(f64::INFINITY, f64::min);
-        assert!(error <= 1.2 * best.max(floor), "{key:?}: {error}, best {best}, floor {floor}");
-        near += usize::from(error <= 1.2 * best);
+        near += i32::from(error <= 1.2 * best);
+        near_or_below_floor += i32::from(error <= 1.2 * best.max(floor));
     }
-    let share = near as f64 / picked.len() as f64;
-    let told = study["results"]["picked_within_1.2_of_best"]["value"].as_f64().expect("a share");
-    assert!((share - told).abs() < 1e-3 && share >= 0.8, "{share}, told {told}");
-    assert!(study["results"]["predicted_within_1.5"]["value"].as_f64() >= Some(0.9));
+    let result = |name: &str| study["results"][name]["value"].as_f64().expect("the study has this share");
+    for (name, count) in
+        [("picked_within_1.2_of_best", near), ("picked_within_1.2_of_best_or_floor", near_or_below_floor)]
+    {
+        let share = f64::from(count) / picked.len() as f64;
+        assert!((share - result(name)).abs() < 1e-3, "{name}: {share}, committed {}", result(name));
+    }
+    assert_eq!(result("picked_within_1.2_of_best_or_floor"), 1.0);
+    assert!(result("picked_within_1.2_of_best") >= 0.8);
+    assert!(result("predicted_within_1.5") >= 0.9);
 }

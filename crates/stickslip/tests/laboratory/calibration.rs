@@ -1,4 +1,4 @@
-//! A bench whose machine is not that of its data sheet finds out what it is.
+//! A bench whose machine differs from its data sheet identifies its parameters.
 
 #[path = "../../examples/calibration/study.rs"]
 mod study;
@@ -21,7 +21,7 @@ fn committed() -> Value {
 }
 
 #[test]
-fn the_committed_intervals_contain_the_truth_as_often_as_they_say() {
+fn the_committed_intervals_contain_the_true_value_as_often_as_stated() {
     let results = &committed()["results"];
     let value = |name: String| results[&name]["value"].as_f64().unwrap_or_else(|| panic!("{name}"));
     for (preset, machines) in PRESETS {
@@ -32,13 +32,13 @@ fn the_committed_intervals_contain_the_truth_as_often_as_they_say() {
 }
 
 #[test]
-fn a_machine_drawn_at_random_is_identified_better_than_an_admittance_law_needs_as_the_committed_study_says() {
+fn a_random_machine_is_identified_as_accurately_as_in_the_committed_study() {
     let committed = committed();
     let rows = committed["rows"].as_array().unwrap();
     let row = rows.iter().find(|row| row["preset"] == "prototype" && row["seed"] == 3).unwrap();
     let (preset, calibration) = experiment("prototype", 3).unwrap();
     assert!(calibration.duration < 60.0, "{} s", calibration.duration);
-    // What the laws need: scale and inertia of the torques to 0.25 %, the load's to 1 %, and so on; [model] was up to
+    // Required by the laws: scale and inertia of the torques to 0.25 %, the load's to 1 %, and so on; [model] was up to
     // 5, 20 and 50 % off.
     let needed = [
         ("torque_per_volt", 0.0025),
@@ -56,14 +56,14 @@ fn a_machine_drawn_at_random_is_identified_better_than_an_admittance_law_needs_a
     ];
     let scores = scores(&preset, &calibration).unwrap();
     for (key, share) in needed {
-        let found = scores.iter().find(|score| score.key == key).unwrap_or_else(|| panic!("{key} is missing"));
-        assert!(found.error.abs() < share * found.truth, "{key}: {} instead of {}", found.value, found.truth);
-        // Of 12 numbers none lies twice as far off as its interval reaches by chance.
-        assert!(found.error.abs() < 2.0 * found.half, "{key}: {} ± {}, truth {}", found.value, found.half, found.truth);
+        let score = scores.iter().find(|score| score.key == key).unwrap_or_else(|| panic!("{key} is missing"));
+        assert!(score.error.abs() < share * score.truth, "{key}: {} instead of {}", score.value, score.truth);
+        // None of 12 numbers has an error of twice its interval by chance.
+        assert!(score.error.abs() < 2.0 * score.half, "{key}: {} ± {}, truth {}", score.value, score.half, score.truth);
     }
     for score in &scores {
         let then = row[score.key].as_f64().unwrap();
-        // A start some bits off moves a number by up to a third of what its interval reaches, as another noise would.
+        // A start some bits off moves a number by up to a third of its interval, as another noise would.
         let off = (score.value - then).abs();
         assert!(
             off <= 0.5 * score.half,
@@ -89,18 +89,22 @@ fn a_bench_that_is_not_homed_is_not_calibrated() {
 }
 
 #[test]
-fn an_axis_without_a_load_motor_is_refused_with_what_to_do_instead() {
+fn an_axis_without_a_load_motor_is_refused_with_an_alternative() {
     let refused = calibrate(&CalibrationPlan::default(), &mut bench("emps"), &Watch::silent()).unwrap_err();
-    assert!(refused.to_string().contains("identify an axis from a recording"), "{refused}");
+    assert!(refused.to_string().contains("identify the axis from a recording"), "{refused}");
 }
 
 #[test]
-fn a_machine_whose_load_motor_ripples_is_told_not_to_be_the_one_that_is_fitted() {
+fn a_machine_with_a_rippling_load_motor_gives_a_warning() {
     let mut bench = bench("clm-real");
     home(&mut bench, &Watch::silent()).unwrap();
     let plan = CalibrationPlan { duration: 1.0, rest_duration: 1.0, ..CalibrationPlan::default() };
     let calibration = calibrate(&plan, &mut bench, &Watch::silent()).unwrap();
-    assert!(calibration.warnings.iter().any(|said| said.contains("ripple of a motor")), "{:?}", calibration.warnings);
+    assert!(
+        calibration.warnings.iter().any(|warning| warning.contains("ripple of a motor")),
+        "{:?}",
+        calibration.warnings
+    );
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The intervals of a friction measurement hold what they promise, and the committed study is what the program gives.
+//! The intervals of a friction measurement have their stated coverage, and the program still gives the committed study.
 
 #[path = "../../examples/coverage/study.rs"]
 mod study;
@@ -16,7 +16,7 @@ fn committed() -> Value {
 }
 
 #[test]
-fn the_committed_intervals_cover_the_truth_as_often_as_they_say() {
+fn the_committed_intervals_contain_the_true_value_as_often_as_stated() {
     let results = &committed()["results"];
     let value = |name: &str| results[name]["value"].as_f64().unwrap();
     assert!(value("redrawn.experiments") >= 1000.0);
@@ -25,7 +25,7 @@ fn the_committed_intervals_cover_the_truth_as_often_as_they_say() {
         assert!((0.93..=0.97).contains(&coverage("redrawn")), "{name}: {}", coverage("redrawn"));
         // Whole experiments: their stated errors are a tenth too large, which makes 97 of 95 %.
         assert!((0.93..=0.99).contains(&coverage("released")), "{name}: {}", coverage("released"));
-        // A sum of two curves is none: the intervals must not be too short for that.
+        // A sum of two curves differs from one curve: the intervals must be wide enough for that.
         assert!(coverage("pressed") >= 0.9, "{name}: {}", coverage("pressed"));
     }
 }
@@ -40,7 +40,7 @@ fn the_program_still_gives_the_committed_study() {
             let row = rows.iter().find(|row| row["case"] == case && row["seed"] == seed).unwrap();
             for ((name, _, _), (now, ci95)) in PARAMETERS.iter().zip(fit.parameters.into_iter().zip(fit.ci95)) {
                 let then = row[name].as_f64().unwrap();
-                // Far within its interval: what shifts a bit somewhere leaves the coverage as it is.
+                // Far within its interval: rounding does not change the coverage.
                 assert!(
                     (now - then).abs() < 0.1 * 0.5 * (ci95[1] - ci95[0]),
                     "{case} {seed}: {name} is {now}, was {then}: run `cargo xtask study coverage`"
@@ -51,7 +51,7 @@ fn the_program_still_gives_the_committed_study() {
 }
 
 #[test]
-fn intervals_under_the_errors_that_a_measurement_states_cover_the_truth() {
+fn intervals_by_the_stated_errors_of_a_measurement_contain_the_true_value() {
     let (truth, curve) = measure(0.0, 1).unwrap();
     let mut counts = [0; 4];
     for seed in 0..60 {

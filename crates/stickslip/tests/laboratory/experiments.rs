@@ -1,4 +1,4 @@
-//! Breakaway, presliding and cancellation on the virtual bench, held against what the machine truly has.
+//! Breakaway, presliding and cancellation on the virtual bench, compared with the true machine.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -18,7 +18,7 @@ fn homed(name: &str, change: impl Fn(&mut Preset<f64>)) -> VirtualBench {
     bench
 }
 
-/// Cancels after so many reports.
+/// Cancels after a number of reports.
 fn cancelling(after: usize) -> Watch {
     let (cancelled, calls) = (Arc::new(AtomicBool::new(false)), AtomicUsize::new(0));
     let flag = cancelled.clone();
@@ -49,16 +49,16 @@ fn breakaway_is_the_static_friction_at_rest() {
 }
 
 #[test]
-fn a_load_that_does_not_break_away_is_said_to_hold() {
+fn a_load_that_does_not_break_away_gives_a_warning() {
     let mut bench = homed("clm-bench", |_| {});
     let plan = BreakawayPlan { angles: 1.0, repetitions: 1.0, largest_torque: 0.2, ..BreakawayPlan::default() };
-    let held = measure_breakaway(&plan, &mut bench, &Watch::silent()).unwrap();
-    assert!(held.ramps.iter().all(|ramp| ramp.torque.is_none()) && held.mean_torque().is_none());
-    assert!(held.warnings()[0].starts_with("The load held in 2 of 2 ramps"), "{:?}", held.warnings());
+    let breakaway = measure_breakaway(&plan, &mut bench, &Watch::silent()).unwrap();
+    assert!(breakaway.ramps.iter().all(|ramp| ramp.torque.is_none()) && breakaway.mean_torque().is_none());
+    assert!(breakaway.warnings()[0].starts_with("No breakaway in 2 of 2 ramps"), "{:?}", breakaway.warnings());
 }
 
 #[test]
-fn a_cancelled_experiment_keeps_what_it_has_and_says_so() {
+fn a_cancelled_experiment_returns_its_data_as_incomplete() {
     let mut bench = homed("clm-bench", |_| {});
     let plan = FrictionPlan { slowest: 1.0, speeds: 6.0, ..FrictionPlan::quick() };
     let curve = measure_friction(&plan, &mut bench, false, &cancelling(8)).unwrap();
@@ -74,7 +74,7 @@ fn a_cancelled_experiment_keeps_what_it_has_and_says_so() {
     assert!(matches!(nothing, Err(Error::Cancelled)));
 }
 
-/// The bench with an encoder of so many counts, and the own friction believed as it is.
+/// The bench with this encoder, and the true own friction in its model.
 fn with_encoder(counts: f64) -> VirtualBench {
     homed("clm-bench", |preset| {
         preset.plant.encoder.counts_per_revolution = counts;
@@ -96,7 +96,7 @@ fn presliding_is_identified_with_a_fine_encoder() {
 }
 
 #[test]
-fn the_edges_of_a_few_counts_tell_the_stiffness_and_the_interval_says_how_well() {
+fn the_edges_of_a_few_counts_determine_the_stiffness_within_its_interval() {
     // The swing of 1.2 mrad is two counts.
     for angle in [0.0, 0.5] {
         let plan = PreslidingPlan { angle, ..PreslidingPlan::default() };
@@ -109,25 +109,28 @@ fn the_edges_of_a_few_counts_tell_the_stiffness_and_the_interval_says_how_well()
 }
 
 #[test]
-fn presliding_within_a_count_is_called_not_identifiable() {
+fn presliding_within_a_count_is_reported_as_not_identifiable() {
     let presliding =
         measure_presliding(&PreslidingPlan::default(), &mut with_encoder(2000.0), &Watch::silent()).unwrap();
     assert!(presliding.stiffness.is_none() && presliding.damping.is_none() && presliding.lines().count() == 0);
     assert!(presliding.least_stiffness <= 300.0 && presliding.least_stiffness > 50.0);
     let warning = &presliding.warnings()[0];
-    assert!(warning.contains("not identifiable with this encoder of 2000 counts a revolution: at least"), "{warning}");
+    assert!(
+        warning.contains("not identifiable with this encoder of 2000 counts per revolution: at least"),
+        "{warning}"
+    );
 }
 
 #[test]
 fn a_torque_added_to_the_load_motor_comes_with_the_law_off_and_goes_with_its_order() {
     let mut bench = homed("clm-bench", |_| {});
     // A third of breakaway: the load rests. 50 ms are thirty time constants of the current control.
-    for asked in [0.1, 0.0] {
-        let command = Command { added_load_torque: asked, ..Command::default() };
+    for torque in [0.1, 0.0] {
+        let command = Command { added_load_torque: torque, ..Command::default() };
         let frames: Vec<_> = (0..200).map(|_| bench.step(command).unwrap()).collect();
         let mean = frames[100..].iter().map(|frame| frame.signals.measured_load_torque).sum::<f64>() / 100.0;
-        assert_eq!(frames[199].signals.difference_torque, asked);
+        assert_eq!(frames[199].signals.difference_torque, torque);
         // The sensor's noise of 10 mA, a tenth in the mean.
-        assert!((mean - asked).abs() < 5e-4, "{mean} instead of {asked} N m");
+        assert!((mean - torque).abs() < 5e-4, "{mean} instead of {torque} N m");
     }
 }

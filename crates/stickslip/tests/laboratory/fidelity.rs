@@ -1,4 +1,4 @@
-//! The committed benchmark says what the bench reaches, and the program still gives it.
+//! The committed benchmark meets its limits, and the program still gives it.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ fn committed() -> Vec<Vec<String>> {
     text.lines().skip(1).map(|line| line.split(',').map(String::from).collect()).collect()
 }
 
-/// The difference of the picked law, or of another, on `prototype`.
+/// The difference of the selected law, or of another, on `prototype`.
 fn difference(rows: &[Vec<String>], cell: [&str; 3], law: &str, scenario: &str) -> f64 {
     let is = |row: &&Vec<String>| {
         let law = if law == "auto" { row[5] == "1" } else { row[4] == law };
@@ -22,13 +22,13 @@ fn difference(rows: &[Vec<String>], cell: [&str; 3], law: &str, scenario: &str) 
 }
 
 #[test]
-fn the_picked_law_comes_as_near_as_it_shall_with_the_wheel_and_without() {
+fn the_selected_law_meets_its_limits_with_and_without_the_wheel() {
     let rows = committed();
     let most = |rate: &str, wheel: &str| match (rate, wheel) {
         ("4000", _) => [0.04, 0.04, 0.10, 0.10, 0.10, 0.03, 0.02, 0.03, 0.02, 1.0],
         (_, "1") => [0.03, 0.03, 0.08, 0.08, 0.08, 0.03, 0.02, 0.03, 0.02, 1.0],
-        // The law that bears what the bench doubts of itself follows fast moves worse without the wheel: 11 % instead of
-        // the 8 % that were asked for.
+        // The law that is robust against the model's uncertainty follows fast moves worse without the wheel: 11 %
+        // instead of the required 8 %.
         _ => [0.03, 0.03, 0.08, 0.12, 0.08, 0.03, 0.02, 0.03, 0.02, 1.0],
     };
     let scenarios = [
@@ -46,8 +46,8 @@ fn the_picked_law_comes_as_near_as_it_shall_with_the_wheel_and_without() {
     for rate in ["4000", "10000"] {
         for wheel in ["0", "1"] {
             for (scenario, most) in scenarios.into_iter().zip(most(rate, wheel)) {
-                let found = difference(&rows, [wheel, rate, "real"], "auto", scenario);
-                assert!(found <= most, "{rate} Hz, wheel {wheel}, {scenario}: {found}");
+                let value = difference(&rows, [wheel, rate, "real"], "auto", scenario);
+                assert!(value <= most, "{rate} Hz, wheel {wheel}, {scenario}: {value}");
             }
         }
     }
@@ -56,8 +56,8 @@ fn the_picked_law_comes_as_near_as_it_shall_with_the_wheel_and_without() {
         assert!(of("paper") / of("auto") >= 8.0, "{scenario}");
     }
     for (mismatch, most) in [("real", 0.005), ("gaussian", 0.001), ("ripple10%", 0.001)] {
-        let found = difference(&rows, ["1", "4000", mismatch], "auto", "curve_corrected");
-        assert!(found <= most, "{mismatch}: {found}");
+        let value = difference(&rows, ["1", "4000", mismatch], "auto", "curve_corrected");
+        assert!(value <= most, "{mismatch}: {value}");
     }
 }
 
@@ -76,7 +76,7 @@ fn the_program_still_gives_the_committed_study() {
     let outcome = run_plan(&selection.plan().unwrap(), &Watch::silent()).unwrap();
     let [Row { score, .. }] = &outcome.rows[..] else { panic!("one number") };
     let then = difference(&committed(), ["1", "4000", "perfect"], "bristle", "sine_2hz");
-    // As it is printed.
+    // With the printed digits.
     assert!(
         (score.difference - then).abs() < 1e-5,
         "{}, was {then}: run `cargo xtask study fidelity`",

@@ -1,4 +1,4 @@
-//! What `docs/integrator.md` claims of the virtual machine's integrator, against SciPy's Radau.
+//! The statements of `docs/integrator.md` on the virtual machine's integrator, compared with SciPy's Radau.
 //!
 //! The tables themselves come from `cargo run -p stickslip --example integrator`.
 
@@ -30,7 +30,7 @@ fn the_well_balanced_step_converges_with_order_two() {
     let case = prototype(300.0);
     let errors = [1e-5, 5e-6, 2.5e-6].map(|dt| case.well_balanced(dt).expect("small"));
     for pair in errors.windows(2) {
-        // 4 for order 2; where in a step a kink falls changes it a little. Measured: 4.6, 4.1.
+        // 4 for order 2; the place of a kink within a step changes it slightly. Measured: 4.6, 4.1.
         assert!((3.0..6.0).contains(&(pair[0] / pair[1])), "{errors:?}");
     }
 }

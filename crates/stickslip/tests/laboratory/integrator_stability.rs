@@ -60,7 +60,7 @@ fn ring(plant: &Plant<f64>, step: f64, steps: usize) -> (f64, f64) {
     for count in 0..steps {
         machine.step(&mut state, MachineInput::default(), step);
         let torque = (load * state.screw_memory.deflection).abs() + (motor * state.motor_memory.deflection).abs();
-        // Grown a hundred thousand times, still well within the elastic zone; or not even a number any more.
+        // Grown a hundred thousand times, still well within the elastic zone; or no longer finite.
         if torque.is_nan() || torque > 1e-4 {
             return (first, f64::INFINITY);
         }
@@ -93,7 +93,7 @@ fn a_stuck_load_grows_just_outside_the_region_and_is_refused() {
         // A ray from the origin at any angle, followed to where Jury's conditions first fail.
         let (a, b) = (uniform(case, 0), 0.5 * (1.0 - uniform(case, 0)) + 1e-6);
         let edge = (1..).map(|k| 1e-3 * f64::from(k)).find(|s| !stable(s * a, s * b)).expect("the region is bounded");
-        assert!(edge * (a + 2.0 * b) > 3.99, "the triangle lies within the region");
+        assert!(edge * (a + 2.0 * b) > 3.99, "the triangle is within the region");
         let (plant, step) = alone(case, 1.02 * edge * a, 1.02 * edge * b);
         let (first, last) = ring(&plant, step, 4000);
         assert!(last > 10.0 * first, "a = {a}, b = {b}, edge {edge}: {first} … {last} N m");
@@ -116,7 +116,7 @@ fn two_stuck_masses_on_a_coupling_do_not_grow_at_the_bound() {
         plant.load_motor.winding.torque_constant = 0.0;
         plant.wheel.preload = 0.0;
         let stiffness = [4, 5].map(|i| decades(2.0, 5.0, uniform(case, i)));
-        // 1 to 30 ms of bristle damping, as real bristles have.
+        // 1 to 30 ms of bristle damping, as in usual bristles.
         let time = decades(-3.0, -1.5, uniform(case, 0));
         plant.screw_friction = bristles(stiffness[0], time * stiffness[0]);
         plant.motor_friction = bristles(stiffness[1], time * stiffness[1]);

@@ -1,4 +1,4 @@
-//! The laboratory as its users drive it: experiments, studies, running benches, XCP. One program, linked once.
+//! The laboratory by its public interface: experiments, studies, running benches, XCP. One program, linked once.
 #![expect(clippy::unwrap_used, reason = "tests")]
 
 mod ahead;

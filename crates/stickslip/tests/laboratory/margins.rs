@@ -1,4 +1,4 @@
-//! Chatter is predicted as well as the committed study says, and the study is what the program gives.
+//! Chatter is predicted as accurately as in the committed study, and the program still gives the study.
 
 #[path = "../../examples/margins/study.rs"]
 mod study;
@@ -20,14 +20,14 @@ fn no_committed_limit_is_optimistic_and_most_are_near() {
     let value = |name: &str| results[name]["value"].as_f64().unwrap();
     for law in ["bristle", "residual"] {
         assert!(value(&format!("{law}.benches")) >= 50.0);
-        // 3 % is the accuracy of what is observed.
+        // 3 % is the accuracy of the observed limit.
         assert!(value(&format!("{law}.greatest")) <= 1.05);
         assert!((0.7..=1.0).contains(&value(&format!("{law}.median"))));
         assert!(value(&format!("{law}.half")) >= 0.85);
     }
 }
 
-/// What is computed in another order differs by rounding.
+/// Another order of computation differs by rounding.
 fn assert_same(now: Option<f64>, then: &Value, what: &str) {
     let same = match (now, then.as_f64()) {
         (Some(now), Some(then)) => (now - then).abs() <= 1e-9 * then.abs(),
@@ -41,10 +41,10 @@ fn the_program_still_gives_the_committed_study() {
     let committed = committed();
     let rows = committed["rows"].as_array().unwrap();
     for ((name, law), seed) in laws().into_iter().zip([102, 103]) {
-        let found = limits(law, seed).unwrap();
+        let limits = limits(law, seed).unwrap();
         let row = rows.iter().find(|row| row["law"] == name && row["seed"] == seed).unwrap();
-        for (what, now) in [("predicted", found.predicted), ("observed", found.observed)] {
-            assert_same(now, &row[what], &format!("{name} {seed} {what}"));
+        for (key, now) in [("predicted", limits.predicted), ("observed", limits.observed)] {
+            assert_same(now, &row[key], &format!("{name} {seed} {key}"));
         }
     }
     let [predicted, observed] = levels(104).unwrap();

@@ -1,7 +1,7 @@
-//! Recordings that outlive their process, and what asammdf makes of them.
+//! Recordings that outlive their process, and their check by asammdf.
 //!
-//! `tests/interop/mdf.py` is the check by asammdf; without it (`pip install asammdf`) that part says that it was left
-//! out. The Python to take is named by `STICKSLIP_PYTHON`, or is `python3`.
+//! `tests/interop/mdf.py` is the check by asammdf; without it (`pip install asammdf`) that part reports that it was
+//! left out. The Python to take is named by `STICKSLIP_PYTHON`, or is `python3`.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -46,14 +46,14 @@ fn rows(contents: &Contents) -> usize {
     let rows = signals[0].values.len();
     for cycle in 0..rows {
         assert_eq!(signals[0].values[cycle], cycle as f64 * TICK_TIME);
-        for (signal, wanted) in signals[2..].iter().zip(row(cycle as u64)) {
-            assert_eq!(signal.values[cycle].to_bits(), wanted.to_bits(), "{} in cycle {cycle}", signal.channel.name);
+        for (signal, expected) in signals[2..].iter().zip(row(cycle as u64)) {
+            assert_eq!(signal.values[cycle].to_bits(), expected.to_bits(), "{} in cycle {cycle}", signal.channel.name);
         }
     }
     rows
 }
 
-/// Not a test of its own: records until it is killed, and says after each flush how many rows it has promised.
+/// The child of a test: records until it is killed, and prints the number of promised rows after each flush.
 #[test]
 fn child_that_records_until_it_is_killed() {
     let Some(path) = std::env::var_os(CHILD) else { return };
@@ -83,22 +83,22 @@ fn a_killed_process_leaves_all_that_it_had_flushed() {
         let before = promises.nth(after - 1).unwrap();
         child.kill().unwrap();
         child.wait().unwrap();
-        // What it said before it noticed.
+        // The lines before it was killed.
         let promised = promises.last().unwrap_or(before);
-        let seen = mdf::read(&path).unwrap();
-        assert!(!seen.finished && rows(&seen) >= promised, "{} of {promised} rows", rows(&seen));
+        let contents = mdf::read(&path).unwrap();
+        assert!(!contents.finished && rows(&contents) >= promised, "{} of {promised} rows", rows(&contents));
         let summary = mdf::recover(&path).unwrap();
         let recovered = mdf::read(&path).unwrap();
-        assert!(recovered.finished && rows(&recovered) == rows(&seen) && summary.rows == rows(&seen) as u64);
+        assert!(recovered.finished && rows(&recovered) == rows(&contents) && summary.rows == rows(&contents) as u64);
         // Rows beyond the promise were in flight: at most the block in hand.
         assert!(rows(&recovered) < promised + 2 * 400, "{} of {promised}", rows(&recovered));
     }
 }
 
-/// What asammdf says of a file, and the bytes of each signal; none where there is no asammdf.
+/// Contents of a file by asammdf, and the bytes of each signal; `None` without asammdf.
 fn asammdf(path: &Path) -> Option<(Value, Vec<Vec<u8>>)> {
     let python = std::env::var("STICKSLIP_PYTHON").unwrap_or_else(|_| "python3".into());
-    let there = Command::new(&python).args(["-c", "import asammdf"]).output().is_ok_and(|o| o.status.success());
+    let available = Command::new(&python).args(["-c", "import asammdf"]).output().is_ok_and(|o| o.status.success());
     if !there {
         println!("NOT RUN: asammdf is missing (pip install asammdf)");
         return None;
@@ -106,12 +106,12 @@ fn asammdf(path: &Path) -> Option<(Value, Vec<Vec<u8>>)> {
     let folder = tempfile::tempdir().expect("a folder for the signals");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/mdf.py");
     let output = Command::new(&python).arg(script).args([path, folder.path()]).output().expect("it has just run");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && said.is_empty(), "{said}");
-    let seen: Value = serde_json::from_slice(&output.stdout).expect("the script prints JSON");
-    let signals = seen["signals"].as_array().map_or(0, Vec::len);
+    let messages = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && messages.is_empty(), "{messages}");
+    let contents: Value = serde_json::from_slice(&output.stdout).expect("the script prints JSON");
+    let signals = contents["signals"].as_array().map_or(0, Vec::len);
     let bytes = (0..signals).map(|i| std::fs::read(folder.path().join(i.to_string())).expect("one file a signal"));
-    Some((seen, bytes.collect()))
+    Some((contents, bytes.collect()))
 }
 
 fn record(path: &Path) -> Result<Writer, Error> {
@@ -130,29 +130,33 @@ fn record(path: &Path) -> Result<Writer, Error> {
 }
 
 #[test]
-fn asammdf_sees_what_was_recorded_to_the_bit_and_has_nothing_to_say() {
+fn asammdf_reads_the_recorded_bits_without_complaints() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
-    // As a bench does it: on another thread than the one that began.
+    // As a bench does it: on another thread than the starting one.
     let writer = record(&path).unwrap();
     std::thread::spawn(move || writer.finish()).join().unwrap().unwrap();
-    let Some((seen, bytes)) = asammdf(&path) else { return };
+    let Some((contents, bytes)) = asammdf(&path) else { return };
     let event = |cycle: u64, cause: &str| json!({ "time": cycle as f64 * TICK_TIME, "index": cycle, "name": "limit", "comment": "Ω < 2 rad/s", "cause": cause });
-    assert_eq!(seen["version"], "4.10");
-    assert_eq!(seen["finalized"], true);
-    assert_eq!(seen["start"], 1_763_812_345_678_901_234_u64);
-    assert_eq!(seen["start_time"], "2025-11-22T11:52:25.678901+00:00");
-    assert_eq!(seen["comment"], header().comment);
-    assert_eq!(seen["properties"], json!({ "preset": "clm-bench", "seed": "<7>" }));
-    let history = seen["history"][0].as_str().unwrap();
+    assert_eq!(contents["version"], "4.10");
+    assert_eq!(contents["finalized"], true);
+    assert_eq!(contents["start"], 1_763_812_345_678_901_234_u64);
+    assert_eq!(contents["start_time"], "2025-11-22T11:52:25.678901+00:00");
+    assert_eq!(contents["comment"], header().comment);
+    assert_eq!(contents["properties"], json!({ "preset": "clm-bench", "seed": "<7>" }));
+    let history = contents["history"][0].as_str().unwrap();
     assert!(history.contains("<tool_id>stickslip</tool_id>") && history.contains("<tool_version>0.1.0<"), "{history}");
-    assert_eq!((&seen["groups"], &seen["cycles"], &seen["rows"]), (&json!(1), &json!(10_000), &json!(10_000)));
-    assert_eq!(seen["events"], json!([event(777, "Error"), event(8_000, "User")]));
+    assert_eq!(
+        (&contents["groups"], &contents["cycles"], &contents["rows"]),
+        (&json!(1), &json!(10_000), &json!(10_000))
+    );
+    assert_eq!(contents["events"], json!([event(777, "Error"), event(8_000, "User")]));
     let attached = json!([{ "name": "clm-bench.toml", "mime": "application/toml", "text": "# größer\n[plant]\n" }]);
-    assert_eq!(seen["attachments"], attached);
+    assert_eq!(contents["attachments"], attached);
     let own = mdf::read(&path).unwrap();
     assert_eq!(rows(&own), 10_000);
-    for ((theirs, bytes), own) in seen["signals"].as_array().unwrap().iter().zip(&bytes).zip(&own.groups[0].signals) {
+    for ((theirs, bytes), own) in contents["signals"].as_array().unwrap().iter().zip(&bytes).zip(&own.groups[0].signals)
+    {
         let Channel { name, unit, comment } = &own.channel;
         let kind = if name == "cycle" { "uint64" } else { "float64" };
         assert_eq!(*theirs, json!({ "name": name, "unit": unit, "comment": comment, "type": kind }));
@@ -162,7 +166,7 @@ fn asammdf_sees_what_was_recorded_to_the_bit_and_has_nothing_to_say() {
 }
 
 #[test]
-fn asammdf_sees_an_interrupted_recording_before_and_after_recovery() {
+fn asammdf_reads_an_interrupted_recording_before_and_after_recovery() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
     // Dropped: the rows of the last block are lost.
@@ -171,10 +175,10 @@ fn asammdf_sees_an_interrupted_recording_before_and_after_recovery() {
     let promised = rows(&mdf::read(&path).unwrap());
     assert_eq!(promised, 9_600);
     mdf::recover(&path).unwrap();
-    let Some((seen, _)) = asammdf(&path) else { return };
+    let Some((contents, _)) = asammdf(&path) else { return };
     assert_eq!(
-        (&seen["rows"], &seen["cycles"], &seen["finalized"]),
+        (&contents["rows"], &contents["cycles"], &contents["finalized"]),
         (&json!(promised), &json!(promised), &json!(true))
     );
-    assert_eq!(seen["events"].as_array().unwrap().len(), 2);
+    assert_eq!(contents["events"].as_array().unwrap().len(), 2);
 }

@@ -25,7 +25,7 @@ fn every_preset_reads_runs_and_homes() {
     for (name, _) in parameters::presets::list() {
         let bench = homed(&preset(name));
         let zero = bench.zero().unwrap();
-        // The index lies where the preset has it, to a count.
+        // The index is where the preset has it, to a count.
         let encoder = bench.true_plant().encoder;
         let index = encoder.index_angle - bench.true_plant().start_angle;
         let count = std::f64::consts::TAU / encoder.counts_per_revolution;
@@ -60,18 +60,18 @@ fn own_friction_is_measured_with_linings_released_and_pressed() {
 }
 
 #[test]
-fn on_a_soft_drive_the_plateaus_that_stick_are_noticed() {
+fn on_a_soft_drive_sticking_plateaus_are_detected() {
     let mut bench = homed(&preset("clm-soft"));
     let curve = measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent()).unwrap();
     assert!(curve.dropped().count() >= 10);
     for plateau in &curve.plateaus {
         let wrong = (plateau.torque - true_friction::own_friction(bench.true_plant(), plateau.velocity)).abs();
-        assert!(plateau.dropped.is_some() || wrong <= 5e-3, "{plateau:?} is wrong by {wrong} N m and was kept");
+        assert!(plateau.dropped.is_some() || wrong <= 5e-3, "{plateau:?} is wrong by {wrong} N m and was not dropped");
     }
 }
 
 #[test]
-fn pitch_ripple_and_offset_of_a_real_axis_are_found() {
+fn pitch_ripple_and_offset_of_a_real_axis_are_identified() {
     let mut bench = homed(&preset("clm-real"));
     let curve = measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent()).unwrap();
     // Screw and wheel ripple by 5 %, of the friction without the offset, which the mean over both directions lacks.
@@ -83,7 +83,7 @@ fn pitch_ripple_and_offset_of_a_real_axis_are_found() {
 }
 
 #[test]
-fn a_ripple_of_the_own_friction_is_none_of_what_the_load_motor_renders() {
+fn a_ripple_of_the_own_friction_is_not_attributed_to_the_load_motor() {
     let mut preset = preset("prototype");
     preset.plant.screw_friction.position = Position::Ripple(Ripple { amplitude: 0.1, periods: 1.0, phase: 0.0 });
     let law = design::rendering_law(&preset.model, &preset.bench).unwrap();
@@ -95,8 +95,8 @@ fn a_ripple_of_the_own_friction_is_none_of_what_the_load_motor_renders() {
     let desired = preset.bench.desired;
     for plateau in curve.kept() {
         let wrong = (plateau.torque - desired.torque(plateau.velocity)).abs();
-        // Measured: 0.13 % of M_S. As a share of all friction the fast plateaus would say 0.16, and the slow ones be off
-        // by 6 % of M_S.
+        // Measured: 0.13 % of M_S. As a share of all friction the fast plateaus would give 0.16, and the slow ones be
+        // off by 6 % of M_S.
         assert!(wrong <= 3e-3 * desired.breakaway_torque, "{plateau:?} is off by {wrong} N m");
     }
 }
@@ -113,7 +113,7 @@ fn the_paper_is_reproduced() {
     );
     let ratio = demo.rendering.error_inside_fade() / demo.rendering.expected_inside_fade();
     assert!((ratio - 1.0).abs() <= 0.2, "inside the fade-out {ratio} times what is expected");
-    // The paper's point: inside nearly nothing is rendered, so much remains.
+    // The result of the paper: inside nearly no torque is rendered, so that this error remains.
     assert!(demo.rendering.error_inside_fade() > 0.01 * breakaway);
     // Figure 14: the load motor jumps by the difference torque at the limits.
     let step = (demo.rendering.law.desired.magnitude(0.3) - demo.rendering.law.own.magnitude(0.3)).abs();

@@ -1,4 +1,4 @@
-//! The committed study of frictions that predict is what the program gives, and says what its numbers say.
+//! The program still gives the committed study of predicting frictions, and its sentences agree with its numbers.
 
 #[path = "../../examples/prediction/study.rs"]
 mod study;
@@ -31,7 +31,7 @@ fn error(row: &Value) -> f64 {
 }
 
 #[test]
-fn the_committed_parameters_still_predict_the_parts_as_well_as_the_study_says() {
+fn the_committed_parameters_still_predict_the_parts_as_in_the_study() {
     let committed = committed();
     let emps = Emps::read().unwrap();
     let blocks = emps.blocks();
@@ -58,7 +58,7 @@ fn the_committed_parameters_still_predict_the_parts_as_well_as_the_study_says() 
 }
 
 #[test]
-fn published_parameters_predict_as_the_study_says() {
+fn published_parameters_predict_as_in_the_study() {
     let committed = committed();
     let result = |name: String| committed["results"][&name]["value"].as_f64().unwrap();
     let rms = |errors: Vec<f64>| (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
@@ -83,7 +83,7 @@ fn published_parameters_predict_as_the_study_says() {
 }
 
 #[test]
-fn a_fit_to_the_other_blocks_still_finds_what_the_study_found() {
+fn a_fit_to_the_other_blocks_still_gives_the_result_of_the_study() {
     let committed = committed();
     let emps = Emps::read().unwrap();
     for (friction, block) in [(Friction::Viscous, 2), (Friction::EachWay, 5)] {
@@ -101,7 +101,7 @@ fn a_fit_to_the_other_blocks_still_finds_what_the_study_found() {
 }
 
 #[test]
-fn what_the_page_calls_better_is_better_by_more_than_its_standard_error() {
+fn a_better_model_on_the_page_is_better_by_more_than_its_standard_error() {
     let committed = committed();
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/studies/prediction.md");
     let page = std::fs::read_to_string(page).unwrap();

@@ -1,4 +1,4 @@
-//! What repeats itself is learnt; what does not is told.
+//! Repeated deviations are learnt; others are reported.
 
 use stickslip::bench::VirtualBench;
 use stickslip::design::tune;
@@ -26,9 +26,9 @@ fn a_sine_is_learnt_in_ten_repetitions() {
 }
 
 #[test]
-fn learning_that_gains_nothing_ends_and_keeps_the_best() {
+fn learning_without_improvement_ends_with_the_best() {
     let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
-    // With the wrong sign of what is below the noise: one count of a sine that is smaller than that.
+    // With a deviation below the noise: one count, of a smaller sine.
     let plan =
         LearningPlan { amplitude: 1e-3, share: 1.0, regularisation: 1e-3, cutoff: 1000.0, ..LearningPlan::default() };
     let learned = learnt(&preset, &plan);

@@ -1,4 +1,4 @@
-//! The linearised axis is what the virtual bench does for small deviations.
+//! The linearised axis has the response of the virtual bench for small deviations.
 
 mod hunting;
 mod learning;
@@ -17,7 +17,7 @@ use stickslip_core::tick::{BenchInput, BenchState, VirtualBench};
 /// Torque by which the bench is disturbed [N m].
 const SMALL: f64 = 1e-6;
 
-/// A bench that is as it is believed, without counts, converters and noise.
+/// A bench equal to its model, without counts, converters and noise.
 fn ideal(at: Operating) -> Preset<f64> {
     let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let Preset { plant, model, bench } = &mut preset;
@@ -46,31 +46,31 @@ fn ideal(at: Operating) -> Preset<f64> {
     preset
 }
 
-/// What a sample of the bench shows: angle and tacho.
+/// Outputs of a sample of the bench: angle and tacho.
 type Shown = [f64; 2];
 
 /// The virtual bench about its operating point, under a step of torque at the command or against the load.
-fn simulated(preset: &Preset<f64>, at: Operating, [torque, load]: [f64; 2], ticks: usize) -> Vec<Shown> {
+fn simulated(preset: &Preset<f64>, at: Operating, [torque, load]: [f64; 2], ticks: usize) -> Vec<Outputs> {
     let (steps, step) = preset.bench.plant_steps();
     let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step).unwrap() };
     let bench = VirtualBench { machine, tick: design::software(&preset.model, &preset.bench).unwrap() };
     let mut state = BenchState::default();
-    let mut held = 0.0;
+    let mut holding_torque = 0.0;
     if let Operating::Sliding(velocity) = at {
         let constant = preset.model.load_motor.torque_constant;
         let amplifier_voltage = -constant * velocity / preset.model.load_amplifier.gain;
-        // Bristles bend until they slide.
+        // Bristles deflect until they slide.
         for _ in 0..100_000 {
             let input = MachineInput { amplifier_voltage, ..MachineInput::default() };
             bench.machine.parts.step(&mut state.plant.machine, input, step);
             let now = &mut state.plant.machine;
             (now.velocity, now.motor_velocity, now.load_current, now.angle) = (velocity, velocity, 0.0, 0.0);
             now.twist = now.load_resistance / preset.plant.drive.coupling_stiffness;
-            held = now.load_resistance + now.motor_resistance;
-            now.motor_torque = held;
+            holding_torque = now.load_resistance + now.motor_resistance;
+            now.motor_torque = holding_torque;
         }
         state.amplifier_voltage = amplifier_voltage;
-        state.servo_voltage = held / preset.model.scaling.torque_per_volt;
+        state.servo_voltage = holding_torque / preset.model.scaling.torque_per_volt;
         state.tick.observer.velocity = velocity;
         state.plant.pickups.tacho = velocity * preset.plant.tacho.constant;
     }
@@ -79,14 +79,14 @@ fn simulated(preset: &Preset<f64>, at: Operating, [torque, load]: [f64; 2], tick
     let noise = Default::default();
     state.measurement = bench.machine.take(0, &mut state.plant, stickslip_core::plant::PlantInput::default(), step);
     state.measurement.tacho_voltage = state.tick.observer.velocity * preset.model.scaling.tacho;
-    let mut shown = Vec::new();
+    let mut outputs = Vec::new();
     for _ in 0..ticks {
         let mut input = BenchInput { external_torque: -load, noise, ..BenchInput::default() };
-        input.order.added_torque = held + torque;
+        input.order.added_torque = holding_torque + torque;
         let out = bench.step(&mut state, input, preset.bench.tick_time());
-        shown.push([out.measured_angle, out.measured_motor_velocity]);
+        outputs.push([out.measured_angle, out.measured_motor_velocity]);
     }
-    shown
+    outputs
 }
 
 /// Largest deviation of the linear answer to a step from that of the bench, over the largest answer.
@@ -118,7 +118,7 @@ fn sliding_and_stuck_the_linear_axis_is_the_bench_for_small_deviations() {
 }
 
 #[test]
-fn the_coupling_rings_where_the_formula_says() {
+fn the_coupling_resonates_at_the_frequency_of_the_formula() {
     let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let drive = preset.model.drive;
     let formula = (drive.coupling_stiffness * drive.inertia() / (drive.motor_inertia * drive.load_inertia)).sqrt();
@@ -134,5 +134,5 @@ fn the_coupling_rings_where_the_formula_says() {
 fn a_load_that_creeps_too_slowly_to_bend_its_bristles_is_refused() {
     let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let refused = axis(&preset.model, &preset.bench, Operating::Sliding(1e-7)).unwrap_err().to_string();
-    assert!(refused.contains("slides rather than creeps"), "{refused}");
+    assert!(refused.contains("slides instead of creeping"), "{refused}");
 }

@@ -1,4 +1,4 @@
-//! The network that the repository has does what is said of it.
+//! The network of the repository has its documented properties.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -42,10 +42,10 @@ fn sine(preset: &Preset<f64>, compensation: CompensationChoice<f64>, amplitude: 
         &preset,
         3.0,
         || setpoints.next(),
-        |time, wanted, angle| {
-            // The angle is told at the end of the tick: at its begin it is that of the tick before.
+        |time, reference, angle| {
+            // The angle is reported at the end of the tick: at its start it is that of the tick before.
             if time > 1.0 {
-                (square, count) = (square + (wanted - before) * (wanted - before), count + 1.0);
+                (square, count) = (square + (reference - before) * (reference - before), count + 1.0);
             }
             before = angle;
         },
@@ -54,7 +54,7 @@ fn sine(preset: &Preset<f64>, compensation: CompensationChoice<f64>, amplitude: 
 }
 
 #[test]
-fn the_trained_network_takes_the_peaks_off_the_reversals_and_one_without_weights_does_not() {
+fn the_trained_network_reduces_the_reversal_peaks_and_one_without_weights_does_not() {
     let preset = trained();
     let trained = network(&preset);
     let idle = Network { output: [0.0; 16], output_bias: 0.0, ..trained };
@@ -69,26 +69,26 @@ fn the_trained_network_takes_the_peaks_off_the_reversals_and_one_without_weights
     assert!(deviations[1] < FAST_SINE * deviations[0], "{deviations:.2?} mrad");
 }
 
-/// Shares of the deviation alone that the network may leave; it leaves 0.16 and 0.46.
+/// Largest shares of the deviation with the network; measured: 0.16 and 0.46.
 const REVERSAL: f64 = 0.25;
 const FAST_SINE: f64 = 0.6;
 
 #[test]
-fn beyond_what_it_was_trained_with_the_loop_has_the_feedforward_that_is_believed() {
+fn outside_its_training_range_the_loop_uses_the_modelled_feedforward() {
     let preset = trained();
     let trained = network(&preset);
     // A network that was trained at a tenth of the sine's speed.
     let slow = |of: [f64; FEATURES]| [0.1 * of[0], 0.1 * of[1], of[2], of[3], of[4], of[5]];
     let region = Network { smallest: slow(trained.smallest), largest: slow(trained.largest), ..trained };
-    // What it gives there is nonsense: it pushes the wrong way.
+    // Its output there is invalid: the opposite torque.
     let wrong = Network { output: region.output.map(|weight| -2.0 * weight), ..region };
-    let believed = CompensationChoice::Feedforward(FeedforwardChoice::default());
+    let modelled = CompensationChoice::Feedforward(FeedforwardChoice::default());
     let nowhere = Network { smallest: [0.0; FEATURES], largest: [0.0; FEATURES], ..wrong };
     let everywhere = Network { smallest: [-1e9; FEATURES], largest: [1e9; FEATURES], ..wrong };
-    let deviations = [believed, with(nowhere), with(wrong), with(everywhere)];
+    let deviations = [modelled, with(nowhere), with(wrong), with(everywhere)];
     let deviations = deviations.map(|choice| 1e3 * sine(&preset, choice, 2.0));
-    println!("{deviations:.2?} mrad RMS: believed, guarded everywhere, guarded when fast, not guarded");
-    // Where the set-point rests, before the sine and for moments at its turns, the network is within its region.
+    println!("{deviations:.2?} mrad RMS: modelled, guarded everywhere, guarded when fast, not guarded");
+    // With a constant set-point, before the sine and briefly at its reversals, the network is within its region.
     for guarded in &deviations[1..3] {
         assert!((guarded / deviations[0] - 1.0).abs() < 0.02, "{deviations:.2?} mrad");
     }
@@ -112,11 +112,11 @@ fn the_block_gives_what_scikit_learn_predicts() {
 }
 
 #[test]
-fn a_network_in_a_file_reads_back_to_its_bits_and_comes_into_force() {
+fn a_network_in_a_file_reads_back_to_its_bits_and_is_activated() {
     let preset = trained();
     let text = parameters::write_commented(&preset);
-    let again: Preset<f64> = parameters::read(&text, "t").unwrap();
-    assert_eq!(again, preset);
+    let parsed: Preset<f64> = parameters::read(&text, "t").unwrap();
+    assert_eq!(parsed, preset);
     let Compensation::Network(block) = axis_control(&preset.model, &preset.bench).unwrap().compensation else {
         panic!("a network")
     };
@@ -133,7 +133,7 @@ fn a_network_in_a_file_reads_back_to_its_bits_and_comes_into_force() {
     assert!(refused.contains("bench.compensation.network.smallest"), "{refused}");
 }
 
-/// A few motions on record; `watch` sees them.
+/// A few recorded motions, reported to `watch`.
 fn tracked(watch: &Watch) -> Result<Tracked, stickslip::Error> {
     let mut preset = trained();
     preset.bench.compensation = CompensationChoice::Feedforward(FeedforwardChoice::default());
@@ -144,7 +144,7 @@ fn tracked(watch: &Watch) -> Result<Tracked, stickslip::Error> {
 }
 
 #[test]
-fn a_record_of_tracking_has_the_friction_of_each_sample_and_what_a_network_sees_of_it() {
+fn a_record_of_tracking_has_friction_and_features_of_each_sample() {
     let record = tracked(&Watch::silent()).unwrap();
     assert!(record.complete && (record.duration - record.samples.len() as f64 * record.period).abs() < 2.0);
     let own = trained().model.own;
@@ -153,7 +153,7 @@ fn a_record_of_tracking_has_the_friction_of_each_sample_and_what_a_network_sees_
         for (largest, feature) in largest.iter_mut().zip(features) {
             *largest = largest.max(feature);
         }
-        // What slides steadily has the friction of the curve; the controller's noise averages out.
+        // Steady sliding has the friction of the curve; the controller's noise averages out.
         if features[0] > 3.0 && features[5] > 0.999 && sample.setpoint.acceleration.abs() < 100.0 {
             (error, count) = (error + torque - own.magnitude(features[0]), count + 1.0);
         }
@@ -164,14 +164,14 @@ fn a_record_of_tracking_has_the_friction_of_each_sample_and_what_a_network_sees_
 }
 
 #[test]
-fn a_record_that_is_cancelled_keeps_what_it_has_from_the_second_motion_on() {
-    for (until, kept) in [(0.05, false), (0.6, true)] {
+fn a_cancelled_record_returns_its_data_from_the_second_motion_on() {
+    for (until, has_data) in [(0.05, false), (0.6, true)] {
         let cancelled = Arc::new(AtomicBool::new(false));
         let stop = cancelled.clone();
         let record = tracked(&Watch::new(cancelled, move |_, done| stop.store(done > until, Ordering::Relaxed)));
         match record {
-            Ok(record) => assert!(kept && !record.complete && !record.samples.is_empty()),
-            Err(error) => assert!(!kept && matches!(error, stickslip::Error::Cancelled), "{error}"),
+            Ok(record) => assert!(has_data && !record.complete && !record.samples.is_empty()),
+            Err(error) => assert!(!has_data && matches!(error, stickslip::Error::Cancelled), "{error}"),
         }
     }
 }

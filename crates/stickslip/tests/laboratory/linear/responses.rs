@@ -1,4 +1,4 @@
-//! The frequency response that the bench measures is that of the axis that it has.
+//! The measured frequency response is that of the axis.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,13 +31,13 @@ fn sliding_it_is_that_of_the_axis_within_1_db_and_5_degrees_wherever_it_is_coher
     assert!(response.complete && response.stuck == 0.0, "{:?}", response.warnings());
     // 32 periods do not fit on the stroke at once.
     assert!((response.duration / plan.duration([-157.0, 157.0]) - 1.0).abs() < 0.05, "{}", response.duration);
-    // The load is hardly moved above the coupling's resonance: there the counts are all that the encoder has.
+    // The load is hardly moved above the coupling's resonance: there the encoder shows counts only.
     for (sensor, least) in [(TACHO, 45), (ENCODER, 30)] {
         let ([magnitude, phase], coherent) = response.deviation(sensor);
         assert!(magnitude < 1.0 && phase < 5.0, "{magnitude} dB, {phase}°");
         assert!(coherent >= least, "{coherent} of {}", response.lines.len());
     }
-    // The intervals are neither too narrow nor of no use. The machine reads its tacho half a step of 25 µs early.
+    // The intervals are neither too narrow nor too wide. The machine reads its tacho half a step of 25 µs early.
     let early = |frequency: f64| 360.0 * frequency * 12.5e-6;
     let answers = response.lines.iter().flat_map(|line| [line.velocity, line.angle].map(|it| (line.frequency, it)));
     let coherent: Vec<(f64, Answer)> = answers.filter(|(_, answer)| answer.coherence > COHERENT).collect();
@@ -52,7 +52,7 @@ fn sliding_it_is_that_of_the_axis_within_1_db_and_5_degrees_wherever_it_is_coher
 }
 
 #[test]
-fn a_chirp_tells_the_same() {
+fn a_chirp_gives_the_same() {
     let response = measured(ResponsePlan { chirp: 1.0, ..ResponsePlan::default() });
     assert_eq!(response.lines.len(), 397);
     let coherent = response.lines.iter().map(TACHO).filter(|answer| answer.coherence > COHERENT);
@@ -72,38 +72,38 @@ fn at_rest_it_is_that_of_the_load_on_its_bristles() {
     let ([magnitude, phase], coherent) = response.deviation(TACHO);
     assert!(magnitude < 1.0 && phase < 5.0, "{magnitude} dB, {phase}°");
     assert!(coherent >= 35, "{coherent}");
-    // The angle changes by less than a count: nothing is claimed of it.
+    // The angle changes by less than a count: it is not evaluated.
     assert_eq!(response.deviation(ENCODER).1, 0);
-    assert!(response.warnings().iter().any(|warning| warning.starts_with("The encoder tells nothing")));
-    // With its own friction the motor is another axis than the one believed, and the report says why.
+    assert!(response.warnings().iter().any(|warning| warning.starts_with("The encoder shows no response")));
+    // With its own friction the motor differs from the modelled axis, and the report states the reason.
     let response = measured(ResponsePlan { velocity: 0.0, periods: 4.0, ..ResponsePlan::default() });
     assert!(response.warnings()[0].starts_with("The drive motor's own friction, 2"), "{:?}", response.warnings());
     assert!(response.deviation(TACHO).0[0] > 3.0);
 }
 
 #[test]
-fn a_load_that_stands_in_between_or_slides_instead_of_resting_is_told() {
+fn a_load_in_the_wrong_regime_gives_a_warning() {
     let short = ResponsePlan { periods: 3.0, ..ResponsePlan::default() };
     let response = measured(ResponsePlan { velocity: 2.0, ..short });
-    assert!(response.warnings()[0].starts_with("The load nearly stood in "), "{:?}", response.warnings());
+    assert!(response.warnings()[0].starts_with("The load was nearly at rest in "), "{:?}", response.warnings());
     let mut bench = homed(|preset| {
         preset.plant.wheel.preload = 0.0;
         preset.model.own.breakaway_torque *= 4.0;
     });
     let response =
         measure_response(&ResponsePlan { velocity: 0.0, share: 0.3, ..short }, &mut bench, &Watch::silent()).unwrap();
-    assert!(response.warnings()[0].starts_with("The load moved by "), "{:?}", response.warnings());
+    assert!(response.warnings()[0].starts_with("The load at rest moved by "), "{:?}", response.warnings());
 }
 
 #[test]
-fn what_cannot_be_measured_is_refused_before_anything_moves() {
+fn invalid_plans_are_refused_before_any_motion() {
     let mut bench = homed(|_| {});
     let mut refused =
         |plan: ResponsePlan<f64>| measure_response(&plan, &mut bench, &Watch::silent()).unwrap_err().to_string();
     let plan = ResponsePlan::default();
     assert!(refused(ResponsePlan { highest_frequency: 1700.0, ..plan }).contains("plan.highest_frequency"));
-    assert!(refused(ResponsePlan { velocity: 150.0, period: 2.0, ..plan }).contains("shorter period"));
-    assert!(refused(ResponsePlan { velocity: 1e-6, ..plan }).contains("slides rather than creeps"));
+    assert!(refused(ResponsePlan { velocity: 150.0, period: 2.0, ..plan }).contains("plan.period"));
+    assert!(refused(ResponsePlan { velocity: 1e-6, ..plan }).contains("slides instead of creeping"));
     assert!(bench.step(Command::default()).unwrap().angle.abs() < 1.0);
     let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let mut unhomed = VirtualBench::new(&preset, 1).unwrap();
@@ -111,10 +111,10 @@ fn what_cannot_be_measured_is_refused_before_anything_moves() {
 }
 
 #[test]
-fn a_cancelled_one_keeps_the_periods_that_it_has_and_comes_to_rest() {
+fn a_cancelled_response_returns_its_periods_and_stops() {
     let cancelled = Arc::new(AtomicBool::new(false));
     let flag = cancelled.clone();
-    // The stroke holds nine periods: the second pass is the first that begins behind some.
+    // The stroke holds nine periods: the second pass is the first that starts after some.
     let watch = Watch::new(cancelled, move |_, done| flag.store(done > 0.0, Ordering::Relaxed));
     let mut bench = homed(|_| {});
     let response = measure_response(&ResponsePlan::default(), &mut bench, &watch).unwrap();

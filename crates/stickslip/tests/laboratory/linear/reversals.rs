@@ -1,4 +1,4 @@
-//! What compensation does for a position controller at a reversal, where friction turns over.
+//! Effect of compensation on a position controller at a reversal of friction.
 
 use stickslip_core::control::Cascade;
 use stickslip_core::control::reference::{Generator, Reference, Setpoint, Sine};
@@ -29,7 +29,7 @@ fn nominal() -> Preset<f64> {
     parameters::read(&text, "t").unwrap()
 }
 
-/// The same with a controller of this kind that is tuned like any other.
+/// The same with an automatically tuned controller of this kind.
 fn tuned(controller: impl Fn(&ControllerChoice<f64>) -> ControllerChoice<f64>) -> Preset<f64> {
     let mut preset = nominal();
     let Preset { model, bench, .. } = &mut preset;
@@ -37,7 +37,7 @@ fn tuned(controller: impl Fn(&ControllerChoice<f64>) -> ControllerChoice<f64>) -
     preset
 }
 
-/// The bench under control along a set-point for a time [s]: told are time [s], set-point and true angle [rad].
+/// The bench under control along a set-point for a time [s]; `see` gets time [s], set-point and true angle [rad].
 pub(super) fn run(
     preset: &Preset<f64>,
     duration: f64,
@@ -65,11 +65,11 @@ pub(super) fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoi
         &preset,
         8.1,
         || setpoints.next(),
-        |time, wanted, angle| {
+        |time, reference, angle| {
             // It turns at a quarter and at three quarters of its period.
             for (peak, reversal) in peaks.iter_mut().zip([2.5, 7.5]) {
                 if (-0.02..0.5).contains(&(time - reversal)) {
-                    *peak = peak.max((wanted - angle).abs());
+                    *peak = peak.max((reference - angle).abs());
                 }
             }
         },
@@ -78,13 +78,13 @@ pub(super) fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoi
 }
 
 #[test]
-fn compensation_takes_the_peaks_off_the_reversals() {
+fn compensation_reduces_the_reversal_peaks() {
     let preset = tuned(as_cascade);
     let peak = |compensation| 1e3 * reversal_peak(&preset, compensation);
-    let believed = |share| AssumedFriction { desired: 0.0, share };
-    let fed_forward = |share| CompensationChoice::Feedforward(FeedforwardChoice { belief: believed(share) });
+    let assumed = |share| AssumedFriction { desired: 0.0, share };
+    let fed_forward = |share| CompensationChoice::Feedforward(FeedforwardChoice { belief: assumed(share) });
     let adaptive_from =
-        |share| CompensationChoice::Adaptive(AdaptiveChoice { belief: believed(share), ..AdaptiveChoice::default() });
+        |share| CompensationChoice::Adaptive(AdaptiveChoice { belief: assumed(share), ..AdaptiveChoice::default() });
     let alone = peak(CompensationChoice::Nothing);
     let curve = peak(CompensationChoice::Curve(CurveChoice::default()));
     let bristles = peak(fed_forward(1.0));
@@ -98,17 +98,17 @@ fn compensation_takes_the_peaks_off_the_reversals() {
          {observed:.1} observed; \
          half of it: {half:.1} bristles, {half_adaptive:.1} adaptive"
     );
-    // A third of it is left whatever the shape, and as much with an estimate that began 50 % off.
+    // A third remains for any shape, also with an estimate that started 50 % off.
     for compensated in [curve, bristles, adaptive, half_adaptive, estimated] {
         assert!(compensated < 0.4 * alone, "{all}");
     }
-    // It knows when the drive turned, not when it should have.
+    // It uses the reversal of the drive, not that of the set-point.
     assert!(observed < 0.2 * alone, "{all}");
     assert!(half > 1.5 * bristles && half < 0.8 * alone, "{all}");
 }
 
 #[test]
-fn a_state_feedback_leaves_less_of_a_reversal_at_the_same_margins() {
+fn a_state_feedback_has_a_smaller_reversal_peak_at_the_same_margins() {
     let [cascade, full] = [tuned(as_cascade), tuned(as_state_feedback)].map(|preset| {
         [
             CompensationChoice::Nothing,
@@ -126,7 +126,8 @@ fn a_step_far_beyond_the_torque_does_not_wind_a_state_feedback_up() {
     for name in ["clm-bench", "prototype"] {
         let mut preset: Preset<f64> = presets::find(name).unwrap().read().unwrap();
         preset.bench.controller = as_state_feedback(&preset.bench.controller);
-        // From two counts to a turn, which asks for ten times the torque at once: it overshoots no more than a small one.
+        // From two counts to a turn, which requires ten times the torque at once: it overshoots no more than a small
+        // one.
         for height in [1e-3, 0.02, 0.3, 1.26, 6.0] {
             let (mut peak, mut late) = (0.0f64, 0.0f64);
             let there = || Setpoint { position: height, ..Setpoint::default() };
@@ -140,22 +141,22 @@ fn a_step_far_beyond_the_torque_does_not_wind_a_state_feedback_up() {
 }
 
 #[test]
-fn the_peaks_are_those_that_an_independent_simulation_found() {
+fn the_peaks_are_those_of_an_independent_simulation() {
     // In C, with other integrators: 36.5 mrad alone, 8.1 and 7.7 mrad with the curve and with its bristles, 3.8 mrad with
-    // all of the friction that an observer sees.
+    // the whole friction estimated by an observer.
     let mut preset = nominal();
     let gains = Cascade { position_gain: 63.7, velocity_gain: 0.183, integral_gain: 5.16, ..Cascade::default() };
     let ControllerChoice::Cascade(cascade) = &mut preset.bench.controller else { panic!("a cascade") };
     *cascade = Cascade { inertia: cascade.inertia, torque_limit: cascade.torque_limit, ..gains };
     let share = 1.0 / (1.0 - preset.model.doubt.friction);
     let exact = FrictionObserverChoice { share, ..FrictionObserverChoice::default() };
-    for (compensation, found) in [
+    for (compensation, expected) in [
         (CompensationChoice::Nothing, 36.5),
         (CompensationChoice::Curve(CurveChoice::default()), 8.1),
         (CompensationChoice::Feedforward(FeedforwardChoice::default()), 7.7),
         (CompensationChoice::FrictionObserver(exact), 3.8),
     ] {
         let peak = 1e3 * reversal_peak(&preset, compensation);
-        assert!((peak / found - 1.0).abs() < 0.2, "{compensation:?}: {peak} instead of {found} mrad");
+        assert!((peak / expected - 1.0).abs() < 0.2, "{compensation:?}: {peak} instead of {expected} mrad");
     }
 }

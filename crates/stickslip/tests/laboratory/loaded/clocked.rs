@@ -1,7 +1,7 @@
-//! The same by the clock: faults that are real, in a process of its own, and none is waited for.
+//! The same in real time: real faults in a separate process, without waiting.
 //!
-//! A busy machine may take the processor from a controller for longer than a sample, which is a fault as well: then a try
-//! is made again. No time is asserted, but by cycles of the bench.
+//! On a busy machine a controller may lose the processor for longer than a sample, which is a fault as well: then the
+//! run is repeated. No time is asserted except by cycles of the bench.
 
 use super::*;
 use stickslip::ControllerChoice;
@@ -10,7 +10,7 @@ use stickslip::bench::{Change, ClockedBench, Frame, Request, SpeedRamp, ThreadSe
 use stickslip::load::load_in_real_time;
 use stickslip_core::supervise::{Fault, SafetyState};
 
-/// A slow tick, some that may be missed, and a sample of four of them, with a controller as soft as that admits.
+/// A slow tick, some of which may be missed, and a sample of four ticks, with a controller as soft as that permits.
 fn slow() -> Preset<f64> {
     let mut preset = preset();
     preset.bench.tick_rate = 1000.0;
@@ -22,7 +22,7 @@ fn slow() -> Preset<f64> {
     preset
 }
 
-/// As stiff as samples of 4 ms admit.
+/// As stiff as samples of 4 ms permit.
 fn faulty(folder: &Path, fault: usize) -> PathBuf {
     compiled(
         folder,
@@ -31,15 +31,15 @@ fn faulty(folder: &Path, fault: usize) -> PathBuf {
     )
 }
 
-/// Moves the axis by somebody's controller until it is at rest by a fault, which is not that of a busy machine unless it is
-/// wanted: what was said of it, and all cycles.
+/// Moves the axis with an external controller until a fault has stopped it, other than one of a busy machine unless
+/// that is expected: the fault's message, and all cycles.
 fn fallen(
     bench: &mut ClockedBench,
     external: External,
     stream: &mut stickslip::bench::tap::Stream,
 ) -> (String, Vec<Frame>) {
-    bench.bring(external).expect("it begins");
-    let angle = bench.step(Order::default()).expect("nothing is wrong yet").angle;
+    bench.bring(external).expect("it starts");
+    let angle = bench.step(Order::default()).expect("there is no fault yet").angle;
     while stream.sample().is_some() {}
     let mut traveller = SpeedRamp::new(angle, 200.0, 1e-3);
     let ended = (0..4000).find_map(|_| {
@@ -52,17 +52,17 @@ fn fallen(
     (fault.to_string(), frames)
 }
 
-/// How far it went from the begin of the sample without an answer until it stood, and how far it may go at most [rad].
+/// Way from the start of the sample without an answer to standstill, and its limit [rad].
 fn way(frames: &[Frame], preset: &Preset<f64>) -> (f64, f64) {
     let dt = preset.bench.tick_time();
     let first = frames.iter().position(|frame| frame.safety.fault().is_some()).expect("there is a fault");
-    // Its sample began behind the cycle from which on the last torque was in force.
+    // Its sample started after the first cycle of the last torque.
     let torque = |index: usize| frames[index].command.added_torque;
     let onset = (1..first).rev().find(|&index| torque(index) != torque(index - 1)).unwrap_or(0);
     let rest = frames.iter().position(|frame| matches!(frame.safety, SafetyState::Fault(_))).expect("it stands");
     let speed = |frame: &Frame| frame.signals.measured_motor_velocity.abs();
     let fastest = frames[onset..=rest].iter().map(speed).fold(0.0, f64::max);
-    // As in the study of all faults: the way of the brake, of what passes until it begins, and the twist of the coupling.
+    // As in the study of all faults: the way of the brake, the way until it starts, and the twist of the coupling.
     let (deceleration, drive) = (preset.bench.safety.stop_deceleration, &preset.model.drive);
     let twist = 2.0 * drive.load_inertia * deceleration / drive.coupling_stiffness;
     let late = (2 + first - onset) as f64 * dt + preset.model.drive_lag;
@@ -71,13 +71,13 @@ fn way(frames: &[Frame], preset: &Preset<f64>) -> (f64, f64) {
 }
 
 #[test]
-fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
+fn each_fault_in_real_time_is_named_and_braked_and_the_bench_continues() {
     let preset = slow();
     let (tap, mut stream) = tap(1 << 16);
     let mut bench = ClockedBench::virtual_machine(&preset, 1, ThreadSettings::PLAIN, Some(tap)).unwrap();
     stickslip::bench::home(&mut bench, &Watch::silent()).unwrap();
     const LATE: &str = "ms after the start of its sample";
-    let said = [
+    let messages = [
         (0, false, "signal 11, invalid memory access"),
         (1, false, LATE),
         (2, false, "torque is not finite"),
@@ -89,12 +89,12 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
         (6, false, "exited (exit code 3)"),
         (8, false, LATE),
     ];
-    for (fault, trusted, said) in said {
+    for (fault, trusted, message) in messages {
         let folder = tempfile::tempdir().unwrap();
         let library = faulty(folder.path(), fault);
         let mut tries = 0;
         loop {
-            // Longer than it is late, and than its reason is waited for.
+            // Longer than its delay, and than the wait for its reason.
             let patience = Duration::from_secs(1);
             let mut external = if trusted {
                 External::trusted(&library, Role::Controller).unwrap()
@@ -102,15 +102,15 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
                 External::in_own_process_within(&library, Role::Controller, &here(), patience).unwrap()
             };
             external.set("sample", 30.0).unwrap();
-            let (told, frames) = fallen(&mut bench, external, &mut stream);
-            let mut right = told.contains(said);
+            let (reason, frames) = fallen(&mut bench, external, &mut stream);
+            let mut right = reason.contains(message);
             if right {
                 let (way, allowed) = way(&frames, &preset);
                 println!("{fault} {trusted}: {way:.3} of {allowed:.3} rad, at try {tries}");
                 assert!(way <= allowed, "{fault}: {way} of {allowed} rad");
             }
             if right && fault == 1 {
-                // A loop without an end is ended, and then it is known what it was. Not so where it was late before.
+                // An endless loop is ended, and then its reason is known, unless it was late before.
                 let silent = Fault::External(Role::Controller, ExternalFault::Silent { time: 1.0 });
                 let named = (0..2000).any(|_| {
                     std::thread::sleep(Duration::from_millis(5));
@@ -119,13 +119,13 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
                 });
                 right = named;
             }
-            if right && !told.contains(LATE) {
+            if right && !reason.contains(LATE) {
                 let moved = frames.iter().any(|frame| frame.signals.measured_motor_velocity > 5.0);
                 assert!(moved, "{fault}: it moved");
             }
-            let guest = bench.take_back(&preset.bench).unwrap().expect("it was brought");
+            let guest = bench.take_back(&preset.bench).unwrap().expect("the bench has the controller");
             let (calls, _) = guest.external().durations();
-            assert!(calls.count >= 30 || told.contains(LATE), "{fault}: {calls:?}");
+            assert!(calls.count >= 30 || reason.contains(LATE), "{fault}: {calls:?}");
             bench.change(Change::Request(Request::Acknowledge)).unwrap();
             bench.change(Change::Request(Request::Arm)).unwrap();
             bench.change(Change::Request(Request::Start)).unwrap();
@@ -134,7 +134,7 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
                 break;
             }
             tries += 1;
-            assert!(told.contains(LATE) && tries < 40, "{fault} {trusted}: {told}");
+            assert!(reason.contains(LATE) && tries < 40, "{fault} {trusted}: {reason}");
         }
         // The preset's own controller moves it back.
         let angle = bench.step(Order::default()).unwrap().angle;
@@ -169,11 +169,11 @@ fn a_controller_that_keeps_up_is_followed() {
         });
         let ended =
             ended.and_then(|()| bench.drain(&mut |frame| torques += u32::from(frame.command.added_torque != 0.0)));
-        let guest = bench.take_back(&preset.bench).unwrap().expect("it was brought");
+        let guest = bench.take_back(&preset.bench).unwrap().expect("the bench has the controller");
         let ((calls, _), responses) = (guest.external().durations(), guest.external().responses());
         match ended {
             Ok(()) if guest.lateness().1 == 0 => {
-                // All but what the first sample and the last one lack: where they begin, the clock says.
+                // All but those that the first and the last sample lack.
                 assert!(torques >= 150 && calls.count >= 38, "{torques} {calls:?}");
                 assert!(responses.count == calls.count && responses.p50 > calls.p50, "{calls:?} {responses:?}");
                 return;
@@ -190,7 +190,7 @@ fn a_controller_that_keeps_up_is_followed() {
 }
 
 #[test]
-fn manoeuvres_by_the_clock_replay_without_the_controller() {
+fn manoeuvres_in_real_time_replay_without_the_controller() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), EXAMPLE, &[]);
     let run = folder.path().join("run.mf4");
@@ -203,15 +203,15 @@ fn manoeuvres_by_the_clock_replay_without_the_controller() {
     let replayed = replay(&Record::read(&run).unwrap(), &Watch::silent()).unwrap();
     assert!(replayed.identical(), "{replayed}");
     let value = |name: &str| loaded.summary().value(name);
-    assert!(value("own.sine_0.5hz.rms").is_some(), "it lives on");
+    assert!(value("own.sine_0.5hz.rms").is_some(), "the bench continues");
     assert_eq!(value("response.allowed"), Some(3e-3));
     assert!(value("timing.cycles").is_some_and(|cycles| cycles > 1000.0));
     let remarks = loaded.remarks().join(" ");
-    assert!(remarks.contains("By the clock its torque was there after"), "{remarks}");
+    assert!(remarks.contains("In real time its torque was ready after"), "{remarks}");
     println!("{remarks}");
     // On a busy machine it may have been late.
-    let told = loaded.fault.as_deref().unwrap_or("was not there");
-    assert!(told.contains("was not there"), "{told}");
+    let reason = loaded.fault.as_deref().unwrap_or("was not there");
+    assert!(reason.contains("was not there"), "{reason}");
     assert!(value("response.late") >= value("fault"));
     assert_ne!(value("controller.sine_0.5hz.rms").is_some(), loaded.fault.is_some());
 }

@@ -23,7 +23,7 @@ static int self;
 #include <stdio.h>
 #include <string.h>
 
-/* Writes whatever comes to hand over all memory that it shares with somebody. */
+/* Overwrites all memory that it shares with another process with random data. */
 static void scribble(void) {
     static uint64_t random = 1;
     char line[512], rest[512];

@@ -1,4 +1,4 @@
-//! FMUs written by stickslip, and one of another tool's manner: a good one, and one for each fault.
+//! FMUs written by stickslip, and one in the style of another tool: a good one, and one for each fault.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,22 +25,22 @@ fn of(loaded: &Loaded, name: &str) -> f64 {
 }
 
 #[test]
-fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
+fn an_exported_built_in_controller_is_imported_unchanged() {
     let preset = preset();
     let period = preset.bench.control_period();
     let controller = design::software(&preset.model, &preset.bench).unwrap().control.controller;
     let folder = tempfile::tempdir().unwrap();
     for version in [Version::Two, Version::Three] {
-        let made = fmu("position_controller", &preset, version, None, None).unwrap();
-        let path = folder.path().join(&made.file);
-        fs::write(&path, &made.bytes).unwrap();
+        let exported = fmu("position_controller", &preset, version, None, None).unwrap();
+        let path = folder.path().join(&exported.file);
+        fs::write(&path, &exported.bytes).unwrap();
         let mut external = External::trusted(&path, Role::Controller).unwrap();
         let described = external.description();
         assert_eq!(described.kind, format!("FMU {}.0", version.number()));
         assert_eq!((described.signals.len(), described.signals[0].unit.as_str()), (6, "rad"));
-        // Its inputs for compensation keep what is right without one: the integral moves.
+        // Its inputs for compensation keep their defaults: the integral moves.
         assert!(described.notes[0].contains("input.integrates = 1.0"), "{:?}", described.notes);
-        // Twice: the second begin remembers nothing of the first.
+        // Twice: the second start has no memory of the first.
         for _ in 0..2 {
             external.begin(period, 1.0).unwrap();
             let mut state = PositionControllerState::default();
@@ -67,7 +67,7 @@ fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
                 assert_eq!(external.step(&sample), Ok(expected), "{version:?}: sample {k}");
             }
         }
-        // On the bench: the preset's own takes over without a bump, the FMU begins with nothing, and the noise is another.
+        // On the bench: the preset's controller starts without a bump, the FMU from zero, and the noise differs.
         // Both leave a few thousandths of the deviation.
         let loaded = load(
             &preset,
@@ -79,18 +79,18 @@ fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
         )
         .unwrap();
         assert_eq!(loaded.fault, None);
-        let [brought, own] = ["controller", "own"].map(|who| of(&loaded, &format!("{who}.sine_0.5hz.rms")));
-        assert!((brought / own - 1.0).abs() < 0.02, "{version:?}: {brought} {own}");
+        let [external, own] = ["controller", "own"].map(|who| of(&loaded, &format!("{who}.sine_0.5hz.rms")));
+        assert!((external / own - 1.0).abs() < 0.02, "{version:?}: {external} {own}");
     }
 }
 
 #[test]
-fn a_friction_of_the_house_comes_in_again_as_a_friction() {
+fn an_exported_built_in_friction_is_imported_as_a_friction() {
     let preset = preset();
-    let made = fmu("friction", &preset, Version::Three, None, None).unwrap();
+    let exported = fmu("friction", &preset, Version::Three, None, None).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(&made.file);
-    fs::write(&path, &made.bytes).unwrap();
+    let path = folder.path().join(&exported.file);
+    fs::write(&path, &exported.bytes).unwrap();
     let mut external = External::trusted(&path, Role::Friction).unwrap();
     let names: Vec<&str> = external.description().signals.iter().map(|signal| signal.name.as_str()).collect();
     assert_eq!(names, ["measured_angle", "estimated_velocity", "torque"]);
@@ -141,7 +141,7 @@ fn units_and_names_of_another_tool_are_those_of_the_bench() {
 }
 
 #[test]
-fn what_is_tunable_becomes_another_between_two_steps() {
+fn tunable_values_change_between_two_steps() {
     for version in [2, 3] {
         let folder = tempfile::tempdir().unwrap();
         let mut external =
@@ -152,35 +152,35 @@ fn what_is_tunable_becomes_another_between_two_steps() {
         let sample = ModuleSample { reference_position: 1f64.to_radians(), ..ModuleSample::default() };
         // A degree of deviation, by the gain and the bias [mN m].
         for (gain, bias) in [(35.0, 0.0), (50.0, 0.0), (50.0, 7.0), (20.0, -1.0)] {
-            let told = console.put(&[gain, bias]);
+            let number = console.put(&[gain, bias]);
             let torque = external.step(&sample).unwrap();
             assert!((torque - 1e-3 * (gain + bias)).abs() < 1e-12, "{torque} N m of {gain} and {bias}");
-            assert_eq!(console.verdict(told), Some(0));
+            assert_eq!(console.verdict(number), Some(0));
         }
     }
 }
 
 #[test]
-fn a_run_with_an_fmu_replays_without_it_and_its_report_says_what_it_was() {
+fn a_run_with_an_fmu_replays_without_it_and_its_report_identifies_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = servo(folder.path(), 2, 9);
     let run = folder.path().join("run.mf4");
     let host = here().mapping(&map(&MAP[..1]));
-    // The host of this test takes one mapping: the other variables are called as signals are.
-    let told =
+    // The host of this test takes one mapping: the other variables have the names of signals.
+    let message =
         External::in_own_process(&path, Role::Controller, &host).err().expect("the torque is missing").to_string();
-    assert!(told.contains("--map torque=NAME. Its outputs: Motor.'tau (out)'"), "{told}");
+    assert!(message.contains("--map torque=NAME. Its outputs: Motor.'tau (out)'"), "{message}");
     let external = External::trusted_as(&path, Role::Controller, &map(&MAP)).unwrap();
     let loaded = load(&preset(), external, 0.0, 1, Some(&run), &Watch::silent()).unwrap();
     assert_eq!(loaded.fault, None);
-    let said = loaded.remarks().join("\n");
+    let remarks = loaded.remarks().join("\n");
     for part in [
         "FMU 2.0 by Tool 7: reference_position is Command.phi[1] [deg]",
-        "It is made for steps of 0.0015 s",
+        "Designed for steps of 0.0015 s",
         "2 parameters and inputs have the values of the FMU",
-        "It said: Step 300: the angle is wrong.",
+        "Its message: Step 300: the angle is wrong.",
     ] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(remarks.contains(part), "{part}: {remarks}");
     }
     fs::remove_file(path).unwrap();
     let replayed = replay(&Record::read(&run).unwrap(), &Watch::silent()).unwrap();
@@ -189,38 +189,39 @@ fn a_run_with_an_fmu_replays_without_it_and_its_report_says_what_it_was() {
 
 #[test]
 fn each_fault_of_an_fmu_is_named_with_its_last_message() {
-    let said: [&[&str]; FAULTS] = [
+    let messages: [&[&str]; FAULTS] = [
         &[],
-        &["signal 11", "It said: Step 300: the angle is wrong."],
-        &["has not answered for 0.300 s", "It said: Step 300"],
+        &["signal 11", "Its message: Step 300: the angle is wrong."],
+        &["has not answered for 0.300 s", "Its message: Step 300"],
         &["torque is not finite"],
-        &["reported a failure (code 3)", "It said: Step 300"],
+        &["reported a failure (code 3)", "Its message: Step 300"],
         &["changed the rounding of floating-point numbers"],
         &["exited (exit code 3)"],
         &["reported a failure (code 2)"],
-        &["reported a failure (code 4)", "It said: Step 300"],
+        &["reported a failure (code 4)", "Its message: Step 300"],
         &[],
         &["cannot be instantiated. Message: No licence for servo."],
-        &["signal 6", "It said: Step 300"],
+        &["signal 6", "Its message: Step 300"],
         &["reported a failure (code 2)", "Step 300"],
         &["reported a failure (code 3)"],
     ];
-    for (fault, said) in said.into_iter().enumerate().filter(|(_, said)| !said.is_empty()) {
-        // Only FMI 3.0 can ask for the end.
+    for (fault, parts) in messages.into_iter().enumerate().filter(|(_, parts)| !parts.is_empty()) {
+        // Only FMI 3.0 can request the end.
         let version = if fault == 12 || fault % 2 == 1 { 3 } else { 2 };
         let folder = tempfile::tempdir().unwrap();
-        // The names of the house, since the host of this test takes one mapping at most.
+        // The built-in names, since the host of this test takes one mapping at most.
         let path = renamed(folder.path(), version, fault);
-        let told = match External::in_own_process_within(&path, Role::Controller, &here(), Duration::from_millis(300)) {
+        let reason = match External::in_own_process_within(&path, Role::Controller, &here(), Duration::from_millis(300))
+        {
             Err(error) => error.to_string(),
             Ok(external) => {
                 let loaded = load(&preset(), external, 0.0, 1, None, &Watch::silent()).unwrap();
-                assert!(of(&loaded, "own.sine_0.5hz.rms") < 0.1, "{fault}: the bench lives on");
+                assert!(of(&loaded, "own.sine_0.5hz.rms") < 0.1, "{fault}: the bench continues");
                 loaded.fault.unwrap_or_default()
             }
         };
-        for part in said {
-            assert!(told.contains(part), "{fault}: {told}");
+        for part in parts {
+            assert!(reason.contains(part), "{fault}: {reason}");
         }
     }
 }
@@ -228,18 +229,18 @@ fn each_fault_of_an_fmu_is_named_with_its_last_message() {
 /// `servo.c` with a fault, and the names that signals have.
 fn renamed(folder: &Path, version: u32, fault: usize) -> PathBuf {
     let path = servo(folder, version, fault);
-    let binary = fs::read(folder.join("servo.so")).expect("it was written");
+    let binary = fs::read(folder.join("servo.so")).expect("the library was written");
     let text =
         MAP.iter().fold(description(version, SIMULATION), |text, (signal, variable)| text.replace(variable, signal));
     let library = library_path(version);
     let files: [(&str, &[u8]); 3] =
         [("modelDescription.xml", text.as_bytes()), (&library, &binary), ("resources/a", b"")];
-    fs::remove_file(path).expect("it is there");
+    fs::remove_file(path).expect("the file exists");
     packed(folder, "servo.fmu", &files)
 }
 
 #[test]
-fn a_folder_of_an_fmu_goes_with_it_even_after_a_crash() {
+fn the_folder_of_an_fmu_is_removed_even_after_a_crash() {
     let folder = tempfile::tempdir().unwrap();
     let path = renamed(folder.path(), 3, 1);
     let mut external = External::in_own_process(&path, Role::Controller, &here()).unwrap();

@@ -21,7 +21,7 @@ use stickslip::run::{Record, replay};
 use stickslip::{Error, Preset, Watch};
 use stickslip_core::supervise::ExternalFault;
 
-/// Named in the environment of a process of a test that is to be a host, and the one mapping that it takes.
+/// Environment variables that make a test process a host, and its mapping.
 const HOSTED: &str = "STICKSLIP_TEST_HOST";
 const MAPPED: &str = "STICKSLIP_TEST_MAP";
 /// And its role.
@@ -38,14 +38,14 @@ pub(super) fn here() -> HostProcess {
     HostProcess { program: "sh".into(), arguments: arguments.into_iter().chain(["host".into()]).collect() }
 }
 
-/// Of a process of another test this is all that runs.
+/// The only test that runs in a host process.
 #[test]
 fn hosts() {
     if let Some(file) = std::env::var_os(HOSTED) {
         let map = std::env::var(MAPPED).unwrap_or_default();
         let map: Vec<_> = map.split_once('=').map(|(signal, name)| (signal.into(), name.into())).into_iter().collect();
         let role = std::env::var(AS).ok().and_then(|name| Role::find(&name)).expect("it has a role");
-        host(Path::new(&file), role, &map).expect("somebody asks");
+        host(Path::new(&file), role, &map).expect("the parent sends requests");
         std::process::exit(0);
     }
 }
@@ -77,7 +77,7 @@ pub(super) fn preset() -> Preset<f64> {
 const EXAMPLE: &str = "../../examples/controller/p_pi.c";
 
 #[test]
-fn other_values_go_with_a_sample_and_what_it_says_of_them_comes_back() {
+fn values_are_sent_with_a_sample_and_the_verdict_is_returned() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), "tests/laboratory/loaded/tuned.c", &[]);
     let sample = ModuleSample { reference_position: 1.0, ..ModuleSample::default() };
@@ -88,16 +88,12 @@ fn other_values_go_with_a_sample_and_what_it_says_of_them_comes_back() {
         let mut console = external.console();
         external.begin(1e-3, 1.0).unwrap();
         assert_eq!(external.step(&sample), Ok(1.0));
-        let taken = console.put(&[2.0, 0.0, 0.25]);
-        assert_eq!((external.step(&sample), console.verdict(taken)), (Ok(2.25), Some(0)));
+        let accepted = console.put(&[2.0, 0.0, 0.25]);
+        assert_eq!((external.step(&sample), console.verdict(accepted)), (Ok(2.25), Some(0)));
         let refused = console.put(&[6.0, 0.0, 0.5]);
-        assert_eq!(
-            (external.step(&sample), console.verdict(refused)),
-            (Ok(2.25), Some(-2)),
-            "it goes on with the last ones"
-        );
+        assert_eq!((external.step(&sample), console.verdict(refused)), (Ok(2.25), Some(-2)), "the last values remain");
         assert_eq!((external.step(&sample), external.values()), (Ok(2.25), &[2.0, 0.0, 0.25][..]));
-        // Out of force they wait for its begin.
+        // While inactive they wait for its start.
         let waits = console.put(&[3.0, 0.0, 0.0]);
         assert!(external.take_for_begin() && !external.take_for_begin());
         assert_eq!(console.verdict(waits), Some(0));
@@ -109,7 +105,7 @@ fn other_values_go_with_a_sample_and_what_it_says_of_them_comes_back() {
 }
 
 #[test]
-fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
+fn the_bench_runs_the_example_and_replays_its_run_without_it() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), EXAMPLE, &[]);
     let run = folder.path().join("run.mf4");
@@ -121,7 +117,7 @@ fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
     let apart = load(&preset(), apart, 0.0, 3, None, &Watch::silent()).unwrap();
     let of = |loaded: &load::Loaded, name: &str| loaded.summary().value(name).unwrap();
     let rms = "controller.sine_0.5hz.rms";
-    assert_eq!(of(&here_it_is, rms), of(&apart, rms), "in whichever process: the same bits");
+    assert_eq!(of(&here_it_is, rms), of(&apart, rms), "the same bits in either process");
     assert!(of(&apart, rms) < 0.1 && of(&apart, rms) != of(&apart, "own.sine_0.5hz.rms"), "{}", of(&apart, rms));
     assert!(of(&apart, "call.count") > 4000.0 && of(&apart, "fault") == 0.0);
     drop(here_it_is);
@@ -131,8 +127,8 @@ fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
 }
 
 #[test]
-fn each_fault_is_named_and_braked_for_and_the_bench_lives_on() {
-    let said = [
+fn each_fault_is_named_and_braked_and_the_bench_continues() {
+    let messages = [
         "signal 11, invalid memory access",
         "has not answered for 0.200 s",
         "torque is not finite",
@@ -141,22 +137,25 @@ fn each_fault_is_named_and_braked_for_and_the_bench_lives_on() {
         "changed the rounding of floating-point numbers",
         "exited (exit code 3)",
     ];
-    for (fault, said) in said.into_iter().enumerate() {
+    for (fault, message) in messages.into_iter().enumerate() {
         let folder = tempfile::tempdir().unwrap();
         let library = faulty(folder.path(), fault);
         let external =
             External::in_own_process_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
         let loaded = load(&preset(), external, 0.0, 1, None, &Watch::silent()).unwrap();
-        let told = loaded.fault.as_deref().unwrap_or("nothing");
-        assert!(told.contains(said), "{fault}: {told}");
-        assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "{fault}: it lives on");
+        let reason = loaded.fault.as_deref().unwrap_or("nothing");
+        assert!(reason.contains(message), "{fault}: {reason}");
+        assert!(
+            loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1),
+            "{fault}: the bench continues"
+        );
     }
     assert!(FloatingPoint::standard().was_standard());
 }
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_controller_that_writes_over_the_shared_memory_harms_itself_alone() {
+fn a_controller_that_overwrites_the_shared_memory_does_not_affect_the_bench() {
     let folder = tempfile::tempdir().unwrap();
     let library = faulty(folder.path(), 7);
     for sample in [0.0, 1.0, 300.0] {
@@ -164,14 +163,14 @@ fn a_controller_that_writes_over_the_shared_memory_harms_itself_alone() {
             External::in_own_process_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
         external.set("sample", sample).unwrap();
         external.begin(1e-3, 1.0).unwrap();
-        // Any number, or any fault: what it is, its own words decide.
+        // Any number, or any fault, depending on its words.
         let torques = (0..400).map_while(|_| external.step(&ModuleSample::default()).ok());
         assert!(torques.inspect(|torque| assert!(torque.is_finite())).count() as f64 >= sample);
     }
     let external =
         External::in_own_process_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
     let loaded = load(&preset(), external, 0.0, 1, None, &Watch::silent()).unwrap();
-    assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "it lives on");
+    assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "the bench continues");
 }
 
 #[test]
@@ -187,27 +186,27 @@ fn a_mode_that_a_trusted_library_changes_is_restored_and_a_fault() {
 }
 
 #[test]
-fn what_is_no_controller_is_refused_with_what_to_do() {
+fn an_invalid_controller_is_refused_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let text = folder.path().join("text.so");
     std::fs::write(&text, "no library").unwrap();
-    let refused = |opened: Result<External, Error>| opened.err().expect("it is no controller").to_string();
+    let refused = |opened: Result<External, Error>| opened.err().expect("the controller is invalid").to_string();
     for opened in
         [External::trusted(&text, Role::Controller), External::in_own_process(&text, Role::Controller, &here())]
     {
-        let told = refused(opened);
-        assert!(told.contains("text.so") && told.contains("cc -shared -fPIC"), "{told}");
+        let message = refused(opened);
+        assert!(message.contains("text.so") && message.contains("cc -shared -fPIC"), "{message}");
     }
     let library = compiled(folder.path(), "tests/laboratory/loaded/faults.c", &["-DFAULT=9", "-Dstickslip_end=other"]);
     assert!(refused(External::trusted(&library, Role::Controller)).contains("no function stickslip_end"));
-    let nobody = HostProcess { program: "/nowhere/stickslip".into(), arguments: Vec::new() };
-    assert!(refused(External::in_own_process(&text, Role::Controller, &nobody)).contains("/nowhere/stickslip"));
+    let missing = HostProcess { program: "/nowhere/stickslip".into(), arguments: Vec::new() };
+    assert!(refused(External::in_own_process(&text, Role::Controller, &missing)).contains("/nowhere/stickslip"));
 }
 
 #[test]
-fn a_description_that_is_wrong_is_refused_with_what_is_wrong() {
+fn an_invalid_description_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
-    let said = [
+    let messages = [
         "its functions have version 2, and version 1 is required",
         "stickslip_describe returns NULL",
         "parameters is NULL or too many",
@@ -225,16 +224,17 @@ fn a_description_that_is_wrong_is_refused_with_what_is_wrong() {
         "gain begins with NaN, outside 0 … 1",
         "the range of gain is 0 … inf",
     ];
-    for (case, said) in said.into_iter().enumerate() {
-        // A file of its own: the system takes one name for one library.
+    for (case, message) in messages.into_iter().enumerate() {
+        // A separate file: the system loads a library name once.
         let folder = folder.path().join(case.to_string());
         std::fs::create_dir(&folder).unwrap();
         let library = compiled(&folder, "tests/laboratory/loaded/described.c", &[&format!("-DCASE={case}")]);
-        let refused = External::trusted(&library, Role::Controller).err().expect("it is wrong").to_string();
-        assert!(refused.contains(said) && refused.contains("controller.so: "), "{case}: {refused}");
+        let refused =
+            External::trusted(&library, Role::Controller).err().expect("the description is invalid").to_string();
+        assert!(refused.contains(message) && refused.contains("controller.so: "), "{case}: {refused}");
     }
-    // What is right, and refuses to begin.
+    // A valid description that refuses to start.
     let library = compiled(folder.path(), "tests/laboratory/loaded/described.c", &["-DCASE=99"]);
-    let begun = External::trusted(&library, Role::Controller).unwrap().begin(1e-3, 1.0);
+    let started = External::trusted(&library, Role::Controller).unwrap().begin(1e-3, 1.0);
     assert_eq!(begun, Err(ExternalFault::Failed { code: -1 }));
 }

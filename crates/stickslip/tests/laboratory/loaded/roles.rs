@@ -1,4 +1,4 @@
-//! Frictions and laws of one's own in C on the virtual bench.
+//! External frictions and laws in C on the virtual bench.
 
 use stickslip_core::friction::{Bristles, ElastoPlastic, LuGre};
 
@@ -11,7 +11,7 @@ use stickslip::{LawChoice, Residual, Tracking};
 
 const SLIP: &str = "../../examples/friction/maxwell_slip.c";
 const DIFFERENCE: &str = "../../examples/law/difference.c";
-/// Speeds that a test waits for: two of the plan that `load` measures by.
+/// Duration of the measurement in tests [s]: two speeds of the plan.
 const SHORT: f64 = 0.0;
 
 /// On the residual law, which renders at all speeds.
@@ -25,14 +25,14 @@ fn of(loaded: &Loaded, name: &str) -> f64 {
     loaded.summary().value(name).unwrap_or(f64::NAN)
 }
 
-/// Viscous friction until its fault comes.
+/// Viscous friction until its fault.
 fn faulty_friction(folder: &Path, fault: usize) -> PathBuf {
     let numbers = ["-DSTIFFNESS=0.0", "-DDAMPING=-0.01", "-DFRICTION=0.0"];
     compiled(folder, "tests/laboratory/loaded/faults.c", &[&[&*format!("-DFAULT={fault}")], &numbers[..]].concat())
 }
 
 #[test]
-fn the_friction_of_the_examples_is_felt_and_its_run_replays_without_it() {
+fn the_friction_of_the_examples_is_rendered_and_its_run_replays_without_it() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), SLIP, &[]);
     let run = folder.path().join("run.mf4");
@@ -48,13 +48,16 @@ fn the_friction_of_the_examples_is_felt_and_its_run_replays_without_it() {
     std::fs::remove_file(library).unwrap();
     let record = Record::read(&run).unwrap();
     let words = b"stickslip load (friction Maxwell slip, SHA-256 ";
-    assert!(std::fs::read(&run).unwrap().windows(words.len()).any(|bytes| bytes == words), "it tells whose torques");
+    assert!(
+        std::fs::read(&run).unwrap().windows(words.len()).any(|bytes| bytes == words),
+        "the command names the friction"
+    );
     let replayed = replay(&record, &Watch::silent()).unwrap();
     assert!(replayed.identical(), "{replayed}");
 }
 
 #[test]
-fn a_friction_of_the_house_as_a_library_is_felt_as_the_house_renders_it() {
+fn a_built_in_friction_as_a_library_is_rendered_as_the_built_in_one() {
     let preset = {
         let mut preset = residual();
         preset.bench.desired.viscous_friction = 0.0;
@@ -78,9 +81,9 @@ fn a_friction_of_the_house_as_a_library_is_felt_as_the_house_renders_it() {
         measure_friction(&plan, &mut bench, true, &Watch::silent()).unwrap()
     };
     let external = measured(Some(External::trusted(&path, Role::Friction).unwrap()));
-    let house = measured(None);
-    assert!(external.kept().count() == 10 && house.kept().count() == 10);
-    let largest = external.plateaus.iter().zip(&house.plateaus).fold(0.0f64, |most, (a, b)| {
+    let built_in = measured(None);
+    assert!(external.kept().count() == 10 && built_in.kept().count() == 10);
+    let largest = external.plateaus.iter().zip(&built_in.plateaus).fold(0.0f64, |most, (a, b)| {
         println!("{:8.3} rad/s: {:.5} {:.5} ± {:.5} N m", a.set_velocity, a.torque, b.torque, b.standard_error);
         most.max((a.torque - b.torque).abs())
     });
@@ -89,7 +92,7 @@ fn a_friction_of_the_house_as_a_library_is_felt_as_the_house_renders_it() {
 }
 
 #[test]
-fn the_law_of_the_examples_renders_as_the_one_of_the_house() {
+fn the_law_of_the_examples_renders_as_the_built_in_one() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), DIFFERENCE, &[]);
     let external = External::trusted(&library, Role::Law).unwrap();
@@ -97,38 +100,38 @@ fn the_law_of_the_examples_renders_as_the_one_of_the_house() {
     println!("{}", loaded.table().lines().join("\n"));
     println!("{}", loaded.remarks().join("\n"));
     assert_eq!(loaded.fault, None);
-    let [brought, own] = ["rendered.rms", "own.rms"].map(|name| of(&loaded, name));
+    let [external, own] = ["rendered.rms", "own.rms"].map(|name| of(&loaded, name));
     // The same subtraction, a tick later: 1 % of the breakaway torque.
-    assert!((brought - own).abs() < 3e-3 && of(&loaded, "own.plateaus") >= 4.0, "{brought} {own}");
+    assert!((external - own).abs() < 3e-3 && of(&loaded, "own.plateaus") >= 4.0, "{external} {own}");
 }
 
 #[test]
-fn each_fault_of_a_friction_or_a_law_is_named_with_its_role_and_the_bench_lives_on() {
-    let said = [
+fn each_fault_of_a_friction_or_a_law_is_named_with_its_role_and_the_bench_continues() {
+    let messages = [
         (0, "library crashed (signal 11"),
         (1, "has not answered for 0.200 s"),
         (2, "torque is not finite"),
         (4, "reported a failure (code 7)"),
     ];
     for role in [Role::Friction, Role::Law] {
-        for (fault, said) in said {
+        for (fault, message) in messages {
             let folder = tempfile::tempdir().unwrap();
             let library = faulty_friction(folder.path(), fault);
             let patience = Duration::from_millis(200);
             let external = External::in_own_process_within(&library, role, &here(), patience).unwrap();
-            // What is measured is stopped; that it is homed again behind it, `load` itself makes sure of.
+            // The measurement is stopped; `load` homes the bench again afterwards.
             let loaded = load(&residual(), external, SHORT, 1, None, &Watch::silent()).unwrap();
-            let told = loaded.fault.as_deref().unwrap_or("nothing");
-            assert!(told.contains(said) && told.contains(&format!("the {role}")), "{role} {fault}: {told}");
+            let reason = loaded.fault.as_deref().unwrap_or("nothing");
+            assert!(reason.contains(message) && reason.contains(&format!("the {role}")), "{role} {fault}: {reason}");
             assert!(loaded.summary().value("rendered.rms").is_none());
-            // Behind it the preset's own law renders.
+            // Afterwards the preset's own law renders.
             assert_eq!(loaded.summary().value("own.rms").is_some(), role == Role::Law);
         }
     }
 }
 
 #[test]
-fn a_friction_in_the_loop_brakes_softly_where_it_fails_and_the_preset_renders_again() {
+fn a_failing_friction_is_braked_softly_and_the_preset_renders_again() {
     let folder = tempfile::tempdir().unwrap();
     let preset = residual();
     let mut bench = VirtualBench::new(&preset, 1).unwrap();
@@ -142,12 +145,12 @@ fn a_friction_in_the_loop_brakes_softly_where_it_fails_and_the_preset_renders_ag
         let order = Order { setpoint: traveller.toward(10.0), control: true, render: true, ..Order::default() };
         bench.step(order).map(|frame| torques.push(frame.command.added_load_torque)).err()
     });
-    let told = ended.map(|error| error.to_string()).unwrap_or_default();
-    assert!(told.contains("the friction's torque is not finite"), "{told}");
-    // Its sample 300 fails, and the brake stops the screw; a torque of it is in force in each tick before but the first.
+    let reason = ended.map(|error| error.to_string()).unwrap_or_default();
+    assert!(reason.contains("the friction's torque is not finite"), "{reason}");
+    // Its sample 300 fails, and the brake stops the screw; its torque is active in each tick before except the first.
     let (first, after) = torques.split_at(300);
     assert!(first[0] == 0.0 && first[1..].iter().all(|torque| *torque != 0.0), "{first:?}");
-    assert!(first.iter().any(|torque| *torque > 0.01), "it rubs: {first:?}");
+    assert!(first.iter().any(|torque| *torque > 0.01), "it brakes: {first:?}");
     assert!(after.len() > 10 && after.iter().all(|torque| *torque == 0.0), "{}", after.len());
     assert!(bench.take_back(&preset.bench).unwrap().is_some());
     bench.change(Change::Request(Request::Acknowledge)).unwrap();
@@ -159,7 +162,7 @@ fn a_friction_in_the_loop_brakes_softly_where_it_fails_and_the_preset_renders_ag
 }
 
 #[test]
-fn a_law_that_follows_a_desired_friction_is_refused_beside_a_friction() {
+fn a_law_that_follows_a_desired_friction_is_refused_with_an_external_friction() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), SLIP, &[]);
     let mut preset = preset();
@@ -167,14 +170,14 @@ fn a_law_that_follows_a_desired_friction_is_refused_beside_a_friction() {
     let opened = || External::trusted(&library, Role::Friction).unwrap();
     let refused = load(&preset, opened(), SHORT, 1, None, &Watch::silent()).err().expect("it is refused").to_string();
     assert!(refused.contains("admittance law") && refused.contains("bench.law.kind"), "{refused}");
-    // A law of a file takes its place, and is not refused.
+    // An external law replaces it, and is not refused.
     let mut bench = VirtualBench::new(&preset, 1).unwrap();
     assert!(bench.bring(opened()).is_err());
     bench.bring(External::trusted(&library, Role::Law).unwrap()).unwrap();
 }
 
 #[test]
-fn a_library_of_before_reads_what_it_knows() {
+fn a_library_of_an_earlier_version_reads_its_part_of_the_sample() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), "tests/laboratory/loaded/before.c", &[]);
     let sample = ModuleSample {

@@ -6,7 +6,7 @@ static const stickslip_parameter PARAMETERS[] = {
     {"damping", "N m s/rad", "Torque per deviation of the velocity", 0.0, 1.0, 0.03},
     {"bias", "N m", "Torque added to it", -1.0, 1.0, 0.0},
 #ifdef MORE
-    {"more", "1", "What the first version had not", 0.0, 1.0, 0.5},
+    {"more", "1", "New in the second version", 0.0, 1.0, 0.5},
 #endif
 };
 enum { COUNT = sizeof PARAMETERS / sizeof *PARAMETERS };

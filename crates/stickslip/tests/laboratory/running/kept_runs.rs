@@ -1,8 +1,7 @@
-//! A run that an earlier build recorded replays to the bit: on this build, whatever processor it is made for.
+//! A run recorded by an earlier build replays to the bit on this build, for any processor.
 //!
-//! Where it does not, what the software or the virtual machine computes has become another: then raise the version, so
-//! that records made before are refused with the version that can replay them, and bless the run anew
-//! (`cargo xtask bless`).
+//! If it does not, the computation of the software or the virtual machine has changed: then raise the version, so that
+//! earlier records are refused with the version that can replay them, and bless the run again (`cargo xtask bless`).
 
 use std::path::PathBuf;
 
@@ -18,7 +17,8 @@ fn file() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/laboratory/running/everything.mf4")
 }
 
-/// Homes, moves under one law after another, changes controller and linings, breaks, is acknowledged and armed again.
+/// Homes, moves under one law after another, changes controller and linings, has a fault, is acknowledged and armed
+/// again.
 fn record(file: &std::path::Path) {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
     preset.bench.tick_rate = 1000.0;
@@ -55,7 +55,7 @@ fn record(file: &std::path::Path) {
             break;
         }
     }
-    // What runs behind the fault is recorded as well.
+    // The run after the fault is recorded as well.
     for _ in 0..100 {
         let _ = bench.step(Command::default());
     }
@@ -69,10 +69,10 @@ fn record(file: &std::path::Path) {
 }
 
 #[test]
-fn what_happened_in_a_kept_run_is_told_in_words() {
+fn the_events_of_a_stored_run_are_described_in_words() {
     let happened = story(&file()).unwrap();
-    let find = |what: &str| {
-        happened.iter().find(|one| one.what.starts_with(what)).unwrap_or_else(|| panic!("{what}: {happened:?}"))
+    let find = |start: &str| {
+        happened.iter().find(|one| one.what.starts_with(start)).unwrap_or_else(|| panic!("{start}: {happened:?}"))
     };
     assert_eq!(happened[0].what, "Begin");
     assert!(find("Parameters").details.iter().any(|line| line.contains(" → ")));
@@ -84,7 +84,7 @@ fn what_happened_in_a_kept_run_is_told_in_words() {
 }
 
 #[test]
-fn a_kept_run_replays_to_the_bit_on_this_build() {
+fn a_stored_run_replays_to_the_bit_on_this_build() {
     if std::env::var_os("UPDATE_EXPECT").is_some() {
         std::fs::create_dir_all(file().parent().unwrap()).unwrap();
         record(&file());

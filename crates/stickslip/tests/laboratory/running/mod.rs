@@ -1,4 +1,4 @@
-//! What a bench that runs must stand: faults, an hour, another build. One program, so that the long ones run at once.
+//! Tests of a running bench: faults, a long run, another build. One program, so that the long ones run at once.
 
 #[path = "../../../examples/soak/crowd.rs"]
 mod crowd;

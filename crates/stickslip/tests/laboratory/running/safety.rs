@@ -1,5 +1,5 @@
-//! Each fault, injected while the bench moves and renders: seen, braked, kept until it is acknowledged. The table of the
-//! guide is made here.
+//! Each fault, injected while the bench moves and renders: detected, braked, stored until it is acknowledged. The table
+//! of the guide is generated here.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ use stickslip::run::{Record, replay};
 use stickslip::{LawChoice, Preset, Settings, Watch, design, parameters};
 use stickslip_core::supervise::{Fault, Request, SafetyState};
 
-/// When the fault begins, behind homing and the start [s].
+/// Start of the fault after homing and the start of motion [s].
 const MOVED: f64 = 0.628;
 /// Swing of the speed about its mean [rad/s], and its angular frequency [rad/s]: some faults show only in a change.
 const SWING: (f64, f64) = (10.0, 50.0);
@@ -25,7 +25,7 @@ fn preset(tick_rate: f64) -> Preset<f64> {
     preset
 }
 
-/// Homed, with the paper's law in force.
+/// Homed, with the paper's law active.
 fn ready(preset: &Preset<f64>) -> (FaultyBench, Stream) {
     let mut bench = FaultyBench::new(preset, 1).unwrap();
     let (tap, stream) = tap(1 << 16);
@@ -36,31 +36,31 @@ fn ready(preset: &Preset<f64>) -> (FaultyBench, Stream) {
     (bench, stream)
 }
 
-/// What came of a fault.
+/// Result of a fault.
 struct Outcome {
     fault: Option<Fault>,
-    /// From the fault's first tick until it was seen [s].
+    /// Time from the fault's first tick to its detection [s].
     seen: f64,
-    /// From there to rest, and what is allowed [rad].
+    /// Way from there to rest, and its limit [rad].
     way: f64,
     allowed: f64,
-    /// Whether the drive braked; whether at the end it held a load that pushed, until it was switched off, and whether
-    /// there was no torque any more.
+    /// Whether the drive braked; whether at the end it held a pushing load until it was switched off, and whether
+    /// there was no torque then.
     braked: bool,
     held: bool,
     off: bool,
-    /// Whether the screw stood at the end.
+    /// Whether the screw was at rest at the end.
     rest: bool,
 }
 
 /// Angle of the healthy counter, over its wraps [rad].
-struct Truth {
+struct TrueAngle {
     count: f64,
     angle: f64,
 }
 
 impl Truth {
-    /// A cycle on; its way [rad].
+    /// One cycle; returns its way [rad].
     fn follow(&mut self, bench: &FaultyBench) -> f64 {
         let count = bench.undisturbed().count;
         let moved = (count - self.count + 32_768.0).rem_euclid(65_536.0) - 32_768.0;
@@ -71,15 +71,15 @@ impl Truth {
     }
 }
 
-/// Moves, is hit by a fault, and stops.
+/// A motion with a fault and its stop.
 fn hit(preset: &Preset<f64>, kind: Kind, velocity: f64) -> (FaultyBench, Outcome) {
     let (mut bench, mut stream) = ready(preset);
     let dt = preset.bench.tick_time();
     let first = bench.step(Command::default()).unwrap();
-    let begin = (first.cycle + 1) as f64 * dt + MOVED;
-    bench.inject(Injection::new(kind, begin)).unwrap();
+    let onset_time = (first.cycle + 1) as f64 * dt + MOVED;
+    bench.inject(Injection::new(kind, onset_time)).unwrap();
     let mut traveller = SpeedRamp::new(first.angle, 1000.0, dt);
-    let mut truth = Truth { count: bench.undisturbed().count, angle: 0.0 };
+    let mut true_angle = TrueAngle { count: bench.undisturbed().count, angle: 0.0 };
     let onset = first.cycle + 1 + (MOVED / dt).round() as u64;
     let (mut at_onset, mut fastest, mut standing) = (0.0, 0.0_f64, 0);
     let (mut slow, mut stopped) = (0, None);
@@ -91,15 +91,15 @@ fn hit(preset: &Preset<f64>, kind: Kind, velocity: f64) -> (FaultyBench, Outcome
         let swing = if outcome.fault.is_none() { SWING.0 * (SWING.1 * time).sin() } else { 0.0 };
         let setpoint = traveller.toward(velocity + swing);
         let command = Command { setpoint, control: true, render: true, ..Command::default() };
-        // Once the torque is gone it says so in every cycle.
+        // Without torque it returns this error in every cycle.
         let _ = bench.hand_over(command);
-        let way = truth.follow(&bench);
+        let way = true_angle.follow(&bench);
         frames.extend(std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame));
         let frame = frames[frames.len() - 1];
         let speed = bench.undisturbed().tacho_voltage.abs() / preset.model.scaling.tacho;
         if frame.cycle < onset {
             assert_eq!(frame.safety, SafetyState::Running, "{kind:?} {velocity}: before the fault");
-            (at_onset, fastest) = (truth.angle, speed);
+            (at_onset, fastest) = (true_angle.angle, speed);
             continue;
         }
         fastest = fastest.max(speed);
@@ -107,10 +107,10 @@ fn hit(preset: &Preset<f64>, kind: Kind, velocity: f64) -> (FaultyBench, Outcome
             (outcome.fault, outcome.seen) = (frame.safety.fault(), (frame.cycle - onset) as f64 * dt);
         }
         outcome.braked |= matches!(frame.safety, SafetyState::Stopping(_)) && frame.signals.servo_voltage != 0.0;
-        // As supervision has it: below 1 rad/s for 20 ms.
+        // As in the supervision: below 1 rad/s for 20 ms.
         slow = if outcome.fault.is_some() && speed < 1.0 { slow + 1 } else { 0 };
         if stopped.is_none() && slow as f64 * dt >= 0.02 {
-            stopped = Some(truth.angle);
+            stopped = Some(true_angle.angle);
         }
         standing = if way == 0.0 { standing + 1 } else { 0 };
         outcome.rest = standing as f64 * dt > 0.1;
@@ -126,9 +126,9 @@ fn hit(preset: &Preset<f64>, kind: Kind, velocity: f64) -> (FaultyBench, Outcome
     }
     let last = frames[frames.len() - 1];
     outcome.off = last.signals.servo_voltage == 0.0 && last.signals.amplifier_voltage == 0.0;
-    outcome.way = (stopped.unwrap_or(truth.angle) - at_onset).abs();
+    outcome.way = (stopped.unwrap_or(true_angle.angle) - at_onset).abs();
     let deceleration = preset.bench.safety.stop_deceleration;
-    // What lies between software and screw besides the ticks: lag of amplifier and tacho, twist of the coupling.
+    // Delays between software and screw besides the ticks: lag of amplifier and tacho, twist of the coupling.
     let drive = &preset.model.drive;
     let twist = 2.0 * drive.load_inertia * deceleration / drive.coupling_stiffness;
     let late = 2.0 * dt + outcome.seen + preset.model.drive_lag;
@@ -136,14 +136,14 @@ fn hit(preset: &Preset<f64>, kind: Kind, velocity: f64) -> (FaultyBench, Outcome
     (bench, outcome)
 }
 
-/// Name of what saw a fault.
+/// Name of a detected fault.
 fn name(fault: &Fault) -> String {
     let text = format!("{fault:?}");
     text.split([' ', '(']).next().unwrap_or_default().to_owned()
 }
 
 #[test]
-fn every_fault_is_seen_braked_within_its_way_and_kept_until_it_is_acknowledged() {
+fn every_fault_is_detected_braked_within_its_way_and_stored_until_it_is_acknowledged() {
     let mut table = String::from(
         "| fault | what it does | seen as | after, s | stops by | longest way, rad | of the allowed | ends | the zero |\n|-|-|-|-|-|-|-|-|-|\n",
     );
@@ -167,7 +167,7 @@ fn every_fault_is_seen_braked_within_its_way_and_kept_until_it_is_acknowledged()
                 );
                 assert_eq!(bench.safety(), SafetyState::Fault(fault), "{what}");
                 assert!(outcome.off, "{what}: the torque is off");
-                // Nothing but intent brings it back.
+                // Only an acknowledgement restores it.
                 let refused = bench.change(Change::Request(Request::Start)).unwrap_err().to_string();
                 assert!(refused.contains("Acknowledge the fault first."), "{what}: {refused}");
                 bench.change(Change::Request(Request::Acknowledge)).unwrap();
@@ -182,7 +182,7 @@ fn every_fault_is_seen_braked_within_its_way_and_kept_until_it_is_acknowledged()
         seen.dedup();
         let most = |of: fn(&Outcome) -> f64| rows.iter().map(|(outcome, _)| of(outcome)).fold(0.0, f64::max);
         let (late, way, share) = (most(|o| o.seen), most(|o| o.way), most(|o| o.way / o.allowed));
-        // Without a servo amplifier that obeys there is no brake, and a sensor that says nothing true leaves none.
+        // Without a working servo amplifier or valid sensors there is no brake.
         let obeys = !matches!(kind, Kind::PowerLoss | Kind::ServoFrozen | Kind::ServoSaturated);
         let by_drive = obeys && rows.iter().any(|(outcome, _)| outcome.braked);
         assert!(!by_drive || rows.iter().all(|(outcome, _)| outcome.braked), "{}: not braked each time", kind.name());
@@ -223,7 +223,7 @@ fn a_run_with_faults_replays_to_the_bit() {
         let mut traveller = SpeedRamp::new(first.angle, 500.0, 1e-3);
         for k in 0..2000 {
             let setpoint = traveller.toward(30.0 + 10.0 * (0.05 * f64::from(k)).sin());
-            // The fault is told from then on.
+            // The fault is reported from then on.
             let _ = bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() });
         }
         let _ = bench.change(Change::Request(Request::Acknowledge));
@@ -231,7 +231,7 @@ fn a_run_with_faults_replays_to_the_bit() {
         record.take(&mut stream);
         let replayed = replay(&record, &Watch::silent()).unwrap();
         assert!(replayed.identical() && replayed.machine, "{kind:?}: {replayed:?}");
-        // Of a machine elsewhere the software alone.
+        // For a remote machine the software alone.
         record.seed = None;
         let replayed = replay(&record, &Watch::silent()).unwrap();
         assert!(replayed.identical() && !replayed.machine, "{kind:?}: {replayed:?}");
@@ -239,7 +239,7 @@ fn a_run_with_faults_replays_to_the_bit() {
 }
 
 #[test]
-fn by_the_clock_a_fault_stops_the_bench_and_the_record_of_it_replays() {
+fn in_real_time_a_fault_stops_the_bench_and_its_record_replays() {
     let preset = preset(1000.0);
     let (machine, readings) = InProcess::new(&preset, 5).unwrap();
     let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());
@@ -254,8 +254,8 @@ fn by_the_clock_a_fault_stops_the_bench_and_the_record_of_it_replays() {
         let setpoint = traveller.toward(20.0);
         bench.hand_over(Command { setpoint, control: true, ..Command::default() }).err()
     };
-    let said = (0..3000).find_map(move_on).expect("it is stopped").to_string();
-    assert!(said.contains("encoder"), "{said}");
+    let message = (0..3000).find_map(move_on).expect("it is stopped").to_string();
+    assert!(message.contains("encoder"), "{message}");
     bench.change(Change::Request(Request::Acknowledge)).unwrap();
     assert_eq!(bench.safety(), SafetyState::Off);
     bench.stop();

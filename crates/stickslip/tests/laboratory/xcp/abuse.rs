@@ -1,4 +1,4 @@
-//! Hostile masters: an error or nothing, bounded memory, and the next one is served.
+//! Hostile masters: an error or no response, bounded memory, and the next master is served.
 
 use proptest::prelude::*;
 use stickslip::xcp::{EPK, MEASUREMENTS, PARAMETERS};
@@ -10,9 +10,9 @@ use super::memory::most_held;
 const LIMIT: i64 = 16 << 20;
 
 #[test]
-fn an_address_that_is_none_is_refused_whatever_its_neighbours_are() {
+fn an_invalid_address_is_refused_next_to_any_valid_one() {
     let mut master = Master::connected();
-    let end = |begin: u32, count: usize| begin + 8 * count as u32;
+    let end = |start: u32, count: usize| start + 8 * count as u32;
     let measured = end(MEASUREMENTS, master.layout.measurements.len());
     let parameters = end(PARAMETERS, master.layout.parameters.len());
     let epk = EPK + master.layout.epk.len() as u32;
@@ -35,14 +35,14 @@ fn an_address_that_is_none_is_refused_whatever_its_neighbours_are() {
 }
 
 #[test]
-fn a_command_that_is_cut_off_is_refused_and_nobody_is_answered_without_a_connection() {
+fn a_truncated_command_is_refused_and_there_is_no_response_without_a_connection() {
     let mut stranger = Master::new();
     for code in 0..0xff {
         assert!(stranger.ask(&[code, 0, 0, 0, 0, 0, 0, 0]).is_empty(), "{code:#x}");
     }
     let mut master = Master::connected();
     for code in 0..=0xfb_u8 {
-        // Those that need nothing behind their code answer.
+        // Commands without arguments have a response.
         let answer = master.ask(&[code]);
         let alone = [0xfb, 0xe9, 0xdc, 0xda, 0xd9, 0xd6].contains(&code);
         assert!(alone || matches!(answer[..], [0xfe, 0x20 | 0x21]), "{code:#x} {answer:02x?}");
@@ -51,8 +51,8 @@ fn a_command_that_is_cut_off_is_refused_and_nobody_is_answered_without_a_connect
     for too_long in [0, 248, 255] {
         assert_eq!(master.refused(&[0xf5, too_long]), 0x22);
     }
-    assert_eq!(master.refused(&[0xf5, 1]), 0x29, "nothing is pointed at");
-    assert_eq!(master.refused(&[0xf0, 8, 1, 2]), 0x21, "fewer bytes than it says");
+    assert_eq!(master.refused(&[0xf5, 1]), 0x29, "the pointer is not set");
+    assert_eq!(master.refused(&[0xf0, 8, 1, 2]), 0x21, "fewer bytes than stated");
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn a_huge_allocation_is_refused_and_takes_no_memory() {
     assert!(held < 1 << 20, "{held} bytes");
 }
 
-/// Commands as they could be, so that random ones get further than the first byte.
+/// Plausible commands, so that random ones get further than the first byte.
 fn command() -> impl Strategy<Value = Vec<u8>> {
     let codes = prop_oneof![
         Just(0xff_u8),
@@ -115,11 +115,11 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_comes_no_byte_of_it_panics_or_fills_the_memory_and_the_next_master_is_served(
+    fn random_bytes_neither_panic_nor_fill_the_memory_and_the_next_master_is_served(
         commands in prop::collection::vec(command(), 1..200)
     ) {
         let mut master = Master::connected();
-        // A design takes long, and is not what is tried here.
+        // A design takes long, and is not tested here.
         master.desk.operated.set(true);
         let held = most_held(|| {
             for (cycle, command) in commands.iter().enumerate() {
@@ -127,7 +127,7 @@ proptest! {
                 master.desk.row(cycle as u64 + 1);
                 master.measure();
                 master.measured.clear();
-                master.said.clear();
+                master.texts.clear();
             }
         });
         prop_assert!(held < LIMIT, "{held} bytes");

@@ -19,7 +19,7 @@ fn a_value_enters_when_it_is_complete_and_is_read_back() {
     let before = master.read(GAIN);
     assert_eq!(master.write(GAIN, 11.5), [0xff]);
     assert_eq!((master.read(GAIN), master.desk.in_force(GAIN).as_str()), (11.5, "11.5 1/s"));
-    // The same once more is no change.
+    // The same value again does not count as a change.
     master.write(GAIN, 11.5);
     assert_eq!(master.desk.changes.borrow().len(), 1);
     // By halves: the first changes nothing.
@@ -41,12 +41,12 @@ fn an_element_of_a_list_and_the_name_of_a_variant_are_numbers_too() {
     let mut master = Master::connected();
     let poles = [0, 1, 2].map(|i| format!("bench.observer_poles.{i}"));
     let before = master.read(&poles[2]);
-    assert_eq!(master.write(&poles[1], 200.0), [0xff], "{}", master.said);
+    assert_eq!(master.write(&poles[1], 200.0), [0xff], "{}", master.texts);
     assert_eq!((master.read(&poles[1]), master.read(&poles[2])), (200.0, before));
     assert_eq!((master.read("bench.law.kind"), master.desk.in_force("bench.law.kind").as_str()), (0.0, "paper"));
-    assert_eq!(master.write("bench.law.kind", 3.0), [0xff], "{}", master.said);
+    assert_eq!(master.write("bench.law.kind", 3.0), [0xff], "{}", master.texts);
     assert_eq!(master.desk.in_force("bench.law.kind"), "bristle");
-    // What only another law has cannot be written while this one is chosen, and reads as its default.
+    // Parameters of another law cannot be written while this one is selected, and read as their defaults.
     assert_eq!(master.write("bench.law.bandwidth", 300.0), [0xfe, 0x24]);
     assert_eq!(master.read("bench.law.bandwidth"), 350.0);
     assert_eq!(master.write("bench.law.kind", 0.5), [0xfe, 0x22]);
@@ -55,7 +55,7 @@ fn an_element_of_a_list_and_the_name_of_a_variant_are_numbers_too() {
 }
 
 #[test]
-fn a_refusal_has_a_code_its_reason_in_words_and_no_effect() {
+fn a_refusal_has_a_code_a_reason_and_no_effect() {
     let mut master = Master::connected();
     let before = master.read(GAIN);
     for (path, value, code, reason) in [
@@ -64,14 +64,14 @@ fn a_refusal_has_a_code_its_reason_in_words_and_no_effect() {
         ("bench.desired.breakaway_torque", 90.0, 0x22, "cannot be rendered"),
         ("bench.safety.lower_end", 300.0, 0x22, "stroke"),
     ] {
-        master.said.clear();
+        master.texts.clear();
         assert_eq!(master.write(path, value), [0xfe, code], "{path}");
-        assert!(master.said.contains(reason) && master.said.ends_with("\n\0"), "{path}: {}", master.said);
-        assert!(master.said.is_ascii());
+        assert!(master.texts.contains(reason) && master.texts.ends_with("\n\0"), "{path}: {}", master.texts);
+        assert!(master.texts.is_ascii());
     }
     master.desk.operated.set(true);
     assert_eq!(master.write(GAIN, 11.0), [0xfe, 0x24]);
-    assert!(master.said.contains("ann operates"), "{}", master.said);
+    assert!(master.texts.contains("ann operates"), "{}", master.texts);
     assert_eq!(master.read(GAIN), before);
 }
 
@@ -92,7 +92,7 @@ fn a_set_is_collected_while_the_reference_runs_and_enters_at_once() {
     assert_eq!(master.write("bench.law.kind", 5.0), [0xff]);
     assert_eq!(master.write("bench.law.bandwidth", 300.0), [0xff]);
     assert_eq!(master.write(GAIN, 1e9), [0xfe, 0x22], "outside of its range at once");
-    assert!(master.said.contains("position_gain = 1e9 1/s is outside"), "{}", master.said);
+    assert!(master.texts.contains("position_gain = 1e9 1/s is outside"), "{}", master.texts);
     assert_eq!(master.desk.changes.borrow().len(), tried);
     // The reference is read, and not written.
     master.get(&page(SET_XCP, 1));
@@ -117,14 +117,14 @@ fn a_set_that_is_refused_leaves_the_reference_running() {
     master.write("bench.safety.lower_end", 300.0);
     master.get(&page(SET_XCP, 1));
     assert_eq!(master.refused(&page(SET_ECU | SET_XCP, 0)), 0x22);
-    assert!(master.said.contains("stroke"), "{}", master.said);
-    // Neither has switched.
+    assert!(master.texts.contains("stroke"), "{}", master.texts);
+    // Neither page has switched.
     assert_eq!((master.get(&[0xea, 1, 0]), master.get(&[0xea, 2, 0])), (vec![0, 0, 1], vec![0, 0, 1]));
     master.get(&page(SET_XCP, 0));
-    // The copy mends the working set.
+    // The copy restores the working set.
     master.get(&[0xe4, 0, 1, 0, 0]);
     master.get(&page(SET_ECU, 0));
-    // Who leaves in between leaves the reference, and collects nothing.
+    // A master that disconnects in between leaves the reference active, and collects no values.
     master.get(&page(SET_ECU, 1));
     master.write(GAIN, 11.5);
     master.get(&[0xfe]);
@@ -135,7 +135,7 @@ fn a_set_that_is_refused_leaves_the_reference_running() {
 }
 
 #[test]
-fn pages_and_segments_say_what_they_are() {
+fn pages_and_segments_have_their_properties() {
     let mut master = Master::connected();
     let size = 8 * master.layout.parameters.len() as u32;
     assert_eq!(master.get(&[0xe9]), [1, 0]);
@@ -172,7 +172,7 @@ fn a_checksum_is_that_of_the_bytes_that_are_uploaded() {
     assert_eq!(answer, [&[9, 0, 0][..], &sum.sum().to_le_bytes()].concat());
     // The pointer has moved to the end, where there is nothing.
     assert_eq!(master.refused(&[0xf5, 1]), 0x24);
-    // The working page holds what is in force, to the bit.
+    // The working page has the active values, to the bit.
     let preset: stickslip::Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let values = master.layout.values(&flatten(&preset)).into_iter().flat_map(f64::to_le_bytes);
     assert!(values.eq(bytes));
@@ -201,7 +201,7 @@ fn the_description_and_what_it_belongs_to_are_uploaded() {
 }
 
 #[test]
-fn a_change_that_takes_long_is_pending_and_what_is_given_up_is_not_answered() {
+fn a_long_change_is_pending_and_an_aborted_one_has_no_response() {
     let mut master = Master::connected();
     let address = master.address(GAIN).to_le_bytes();
     let command = [&[0xed, 8, 0, 0][..], &address, &11.5f64.to_le_bytes()].concat();
@@ -210,7 +210,7 @@ fn a_change_that_takes_long_is_pending_and_what_is_given_up_is_not_answered() {
     assert_eq!(change, Change::Set(vec![(GAIN.into(), "11.5".into())]));
     master.slave.pending(&mut out);
     assert!(master.hear(&out).is_empty() && !out.is_empty());
-    // Nothing else meanwhile; who gives up says so, and hears no more of it.
+    // No other command meanwhile; a master that aborts gets no response to it.
     assert_eq!(master.refused(&[0xfd]), 0x10);
     assert_eq!(master.refused(&[0xfc]), 0x00);
     let mut out = Vec::new();

@@ -1,4 +1,4 @@
-//! What tools read of the bench before they meet it.
+//! Description of the bench for tools.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ fn parsed(text: &str) -> A2lFile {
 }
 
 #[test]
-fn a_strict_reader_has_nothing_to_say() {
+fn a_strict_reader_has_no_complaints() {
     let master = Master::new();
     assert!(master.description.is_ascii());
     let file = parsed(&master.description);
@@ -25,7 +25,7 @@ fn a_strict_reader_has_nothing_to_say() {
     let found = (module.measurement.len(), module.characteristic.len());
     assert_eq!(found, (master.layout.measurements.len(), master.layout.parameters.len()));
     assert!(found.0 > 20 && found.1 > 50, "{found:?}");
-    // The blocks of XCP are what the metalanguage in the file says they are.
+    // The blocks of XCP agree with the metalanguage in the file.
     assert!(module.if_data.iter().all(|block| block.ifdata_valid), "of the module");
     let memory = module.mod_par.as_ref().unwrap();
     assert!(memory.memory_segment[0].if_data.iter().all(|block| block.ifdata_valid), "of the segment");
@@ -35,7 +35,7 @@ fn a_strict_reader_has_nothing_to_say() {
 }
 
 #[test]
-fn a_block_of_xcp_that_is_not_as_the_metalanguage_says_is_found() {
+fn a_block_of_xcp_that_violates_the_metalanguage_is_detected() {
     let wrong = Master::new().description.replace("/begin PAG 1 /end PAG", "/begin PAG one /end PAG");
     let complaints = match a2lfile::load_from_string(&wrong, None, true) {
         Ok((file, messages)) => {
@@ -63,7 +63,7 @@ fn no_two_addresses_overlap_and_every_value_can_be_uploaded() {
         let command = [&[0xf4, (end - begin) as u8, 0, 0][..], &begin.to_le_bytes()].concat();
         assert_eq!(master.ask(&command)[0], 0xff, "{name}");
     }
-    // No two of the same name, whatever they are.
+    // No two of the same name, of any kind.
     let mut names: Vec<&str> = places.iter().map(|(.., name)| *name).collect();
     names.sort_unstable();
     let count = names.len();
@@ -84,7 +84,7 @@ fn limits_and_units_are_those_of_the_tables() {
             (found.lower_limit.to_bits(), found.upper_limit.to_bits()),
             (cell.minimum.to_bits(), cell.maximum.to_bits())
         );
-        // Nothing that has no letter in ASCII.
+        // ASCII letters only.
         assert!(!found.long_identifier.contains('?') || cell.help.contains('?'), "{}", found.long_identifier);
         let unit = module.compu_method.iter().find(|m| m.get_name() == found.conversion).map(|m| m.unit.as_str());
         assert!(unit.is_none_or(|unit| !unit.contains('?')), "{unit:?}");
@@ -103,7 +103,7 @@ fn limits_and_units_are_those_of_the_tables() {
 }
 
 #[test]
-fn a_description_of_another_bench_is_told_by_its_identification() {
+fn a_description_of_another_bench_has_another_identification() {
     let (one, other) = (Layout::new(RATE), Layout::new(10_000.0));
     assert_ne!(one.epk, other.epk);
     assert_eq!(one.epk, Layout::new(RATE).epk);
@@ -114,9 +114,9 @@ fn a_description_of_another_bench_is_told_by_its_identification() {
     assert!(text.contains("0 DAQ 255 100 3 0"), "the time of a cycle");
 }
 
-/// Readers in Python, each in an environment of its own since their packages have the same name.
+/// Readers in Python, each in a separate environment since their packages have the same name.
 #[test]
-fn the_readers_in_python_take_it() {
+fn the_readers_in_python_accept_it() {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/a2l.py");
     let folder = tempfile::tempdir().expect("a folder for the description");
     let path = folder.path().join("bench.a2l");
@@ -129,8 +129,8 @@ fn the_readers_in_python_take_it() {
         return;
     }
     let output = std::process::Command::new(&python).arg(script).arg(&path).output().expect("it has just run");
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{said} {}", String::from_utf8_lossy(&output.stderr));
+    let output_text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{output_text} {}", String::from_utf8_lossy(&output.stderr));
     let counts = format!("{} {}", master.layout.measurements.len(), master.layout.parameters.len());
-    assert!(said.contains(&counts), "{said}, not {counts}");
+    assert!(output_text.contains(&counts), "{output_text}, not {counts}");
 }

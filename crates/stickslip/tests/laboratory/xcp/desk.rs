@@ -1,4 +1,4 @@
-//! A bench without a clock, and a master that takes apart what it hears.
+//! A bench without a clock, and a master that decodes its packets.
 
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
@@ -21,11 +21,11 @@ pub const RATE: f64 = 4000.0;
 pub struct Desk {
     tuning: RefCell<Tuning>,
     stream: RefCell<Stream>,
-    /// Every change that was tried.
+    /// All attempted changes.
     pub changes: RefCell<Vec<Change>>,
-    /// Somebody else operates.
+    /// Whether another client operates.
     pub operated: Cell<bool>,
-    /// How often a master has gone.
+    /// Number of disconnected masters.
     pub left: Cell<usize>,
 }
 
@@ -41,18 +41,18 @@ impl Desk {
         }
     }
 
-    /// What a signal has in a cycle.
+    /// Value of a signal in a cycle.
     pub fn value(signal: usize, cycle: u64) -> f64 {
         cycle as f64 + signal as f64 / 128.0
     }
 
-    /// A cycle passes.
+    /// One cycle.
     pub fn row(&self, cycle: u64) {
         let row: Vec<f64> = (0..channels().len()).map(|signal| Desk::value(signal, cycle)).collect();
         self.stream.borrow_mut().push(cycle, &row).unwrap();
     }
 
-    /// A parameter in force, as people read it.
+    /// An active parameter as text.
     pub fn in_force(&self, path: &str) -> String {
         let entries = stickslip::parameters::flatten(self.tuning.borrow().preset());
         entries.iter().find(|entry| entry.path == path).map(ToString::to_string).unwrap_or_default()
@@ -101,31 +101,31 @@ impl Bench for Desk {
     }
 }
 
-/// A slave with its bench, and what a master knows of them.
+/// A slave with its bench, and the master's view of them.
 pub struct Master {
     pub desk: Desk,
     pub slave: Slave,
     pub layout: Arc<Layout>,
     pub description: Arc<str>,
-    /// Texts that came.
-    pub said: String,
-    /// Packets of measurements that came.
+    /// Received texts.
+    pub texts: String,
+    /// Received packets of measurements.
     pub measured: Vec<Vec<u8>>,
     counter: u16,
 }
 
 impl Master {
-    /// One that is not connected.
+    /// A master without connection.
     pub fn new() -> Self {
         let layout = Arc::new(Layout::new(RATE));
         let doors = Doors { udp: "127.0.0.1:5555".parse().ok(), tcp: "[::1]:5556".parse().ok() };
         let description: Arc<str> = describe(&layout, doors).into();
         let slave = Slave::new(layout.clone(), description.clone(), Arc::new(AtomicU64::new(0)));
-        let (said, measured) = (String::new(), Vec::new());
-        Master { desk: Desk::new(), slave, layout, description, said, measured, counter: 0 }
+        let (texts, measured) = (String::new(), Vec::new());
+        Master { desk: Desk::new(), slave, layout, description, texts, measured, counter: 0 }
     }
 
-    /// One that is connected.
+    /// A connected master.
     pub fn connected() -> Self {
         let mut master = Master::new();
         let answer = master.ask(&[0xff, 0]);
@@ -133,7 +133,7 @@ impl Master {
         master
     }
 
-    /// The response or the error to a command; empty: none came.
+    /// The response or the error to a command; empty without one.
     pub fn ask(&mut self, command: &[u8]) -> Vec<u8> {
         let mut out = Vec::new();
         if let Some(change) = self.slave.receive(command, &self.desk, &mut out) {
@@ -146,18 +146,18 @@ impl Master {
     /// The response to a command that must succeed, without its first byte.
     pub fn get(&mut self, command: &[u8]) -> Vec<u8> {
         let answer = self.ask(command);
-        assert_eq!(answer.first(), Some(&0xff), "{command:02x?} {answer:02x?} {}", self.said);
+        assert_eq!(answer.first(), Some(&0xff), "{command:02x?} {answer:02x?} {}", self.texts);
         answer[1..].to_vec()
     }
 
-    /// The code that a command is refused with.
+    /// The code of a command's refusal.
     pub fn refused(&mut self, command: &[u8]) -> u8 {
         let answer = self.ask(command);
         assert!(answer.len() == 2 && answer[0] == 0xfe, "{command:02x?} {answer:02x?}");
         answer[1]
     }
 
-    /// Takes frames apart: their counter goes up by one each. The response among them.
+    /// Decodes frames with consecutive counters; returns the response among them.
     pub fn hear(&mut self, mut bytes: &[u8]) -> Vec<u8> {
         let mut response = Vec::new();
         while let Next::Packet(packet, rest) = frame::next(bytes, MAX_DTO) {
@@ -170,7 +170,7 @@ impl Master {
                     response = packet.to_vec();
                 }
                 0xfd => assert_eq!(packet, [0xfd, 0x05]),
-                0xfc => self.said += str::from_utf8(&packet[2..]).unwrap(),
+                0xfc => self.texts += str::from_utf8(&packet[2..]).unwrap(),
                 _ => self.measured.push(packet.to_vec()),
             }
         }
@@ -178,7 +178,7 @@ impl Master {
         response
     }
 
-    /// Takes what was measured, as it would be sent.
+    /// Receives the measurements.
     pub fn measure(&mut self) {
         loop {
             let mut out = Vec::new();
@@ -210,7 +210,7 @@ impl Master {
         self.ask(&[&[0xf0, 8][..], &value.to_le_bytes()].concat())
     }
 
-    /// Uploads so many bytes from where the pointer is.
+    /// Uploads a number of bytes from the pointer.
     pub fn upload(&mut self, mut count: usize) -> Vec<u8> {
         let mut bytes = Vec::new();
         while count > 0 {

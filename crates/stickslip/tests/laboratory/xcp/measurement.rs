@@ -4,7 +4,7 @@ use stickslip::xcp::{MAX_DTO, MEASUREMENTS};
 
 use super::desk::{Desk, Master, RATE};
 
-/// Lists of so many packets, each of these measurements; all with time stamps, selected.
+/// Lists of packets with these measurements; all with time stamps, selected.
 fn lists(master: &mut Master, lists: &[(u8, &[&[u8]])]) {
     master.get(&[0xd6]);
     master.get(&[0xd5, 0, lists.len() as u8, 0]);
@@ -37,12 +37,12 @@ fn numbers(bytes: &[u8]) -> Vec<f64> {
 }
 
 #[test]
-fn each_cycle_comes_with_its_time_and_every_tenth_where_it_is_asked_for() {
+fn each_cycle_has_its_time_and_every_tenth_is_sent_on_request() {
     let mut master = Master::connected();
     lists(&mut master, &[(1, &[&[0, 3], &[5]]), (10, &[&[0]])]);
     master.desk.row(1);
     master.measure();
-    assert!(master.measured.is_empty(), "nothing runs");
+    assert!(master.measured.is_empty(), "no list runs");
     master.get(&[0xdd, 1]);
     assert_eq!(master.get(&[0xfd])[0], 0x40);
     assert_eq!(master.get(&[0xdf, 0, 0, 0]), [0x50, 0, 0, 0, 0, 1, 0]);
@@ -81,7 +81,7 @@ fn lost_rows_are_counted_and_marked_in_the_next_packet_alone() {
     master.measure();
     let marks: Vec<u8> = master.measured.iter().map(|packet| packet[0]).collect();
     assert_eq!((marks, master.slave.lost()), (vec![0, 0, 0x80, 0], 2));
-    // Nobody takes anything until the ring is full, of which some packets of 16 bytes are lost.
+    // No packet is read until the ring is full, so that some packets of 16 bytes are lost.
     let cycles = 400_000;
     for cycle in 7..cycles {
         master.desk.row(cycle);
@@ -98,7 +98,7 @@ fn lost_rows_are_counted_and_marked_in_the_next_packet_alone() {
 }
 
 #[test]
-fn a_list_that_goes_on_while_another_starts_says_that_rows_may_be_missing() {
+fn a_list_that_continues_while_another_starts_marks_possible_losses() {
     let mut master = Master::connected();
     lists(&mut master, &[(1, &[&[0]]), (1, &[&[0]])]);
     master.get(&[0xde, 1, 0, 0]);
@@ -109,7 +109,7 @@ fn a_list_that_goes_on_while_another_starts_says_that_rows_may_be_missing() {
     master.measure();
     let heads: Vec<[u8; 2]> = master.measured.iter().map(|packet| [packet[0], packet[1]]).collect();
     assert_eq!(heads, [[0x80, 0], [0, 1], [0, 0], [0, 1]]);
-    // Stopped and started, it begins anew.
+    // Stopped and started, it begins again.
     master.get(&[0xde, 0, 0, 0]);
     master.get(&[0xde, 0, 1, 0]);
     master.get(&[0xde, 1, 0, 0]);
@@ -120,7 +120,7 @@ fn a_list_that_goes_on_while_another_starts_says_that_rows_may_be_missing() {
 }
 
 #[test]
-fn what_a_master_asks_of_the_processor_is_what_it_does() {
+fn the_reported_properties_of_the_processor_are_its_behaviour() {
     let mut master = Master::connected();
     assert_eq!(master.get(&[0xda]), [0x53, 0, 0, 1, 0, 0, 0x40]);
     assert_eq!(master.get(&[0xd9]), [8, 248, 8, 0, 0x34, 1, 0]);
@@ -140,7 +140,7 @@ fn a_list_that_is_not_whole_or_not_in_order_is_refused() {
     assert_eq!(master.refused(&[0xd4, 0, 0, 0, 1]), 0x29);
     assert_eq!(master.refused(&[0xd5, 0, 0xff, 0xff]), 0x30);
     lists(&mut master, &[(1, &[&[0, 1, 2]])]);
-    assert_eq!(master.refused(&write(8, 0)), 0x29, "behind the last entry");
+    assert_eq!(master.refused(&write(8, 0)), 0x29, "after the last entry");
     master.get(&[0xe2, 0, 0, 0, 0, 1]);
     for (command, code) in [
         (write(8, 100_000), 0x24),
@@ -161,7 +161,7 @@ fn a_list_that_is_not_whole_or_not_in_order_is_refused() {
     ] {
         assert_eq!(master.refused(&command), code, "{command:02x?}");
     }
-    // Several at once; while a list runs nothing is written.
+    // Several at once; while a list runs writes are refused.
     let several = |entries: &[u32]| {
         let entry = |&entry: &u32| [&[0xff, 8][..], &(MEASUREMENTS + 8 * entry).to_le_bytes(), &[0, 0]].concat();
         [vec![0xc7, entries.len() as u8], entries.iter().flat_map(entry).collect()].concat()
@@ -183,7 +183,7 @@ fn a_list_that_is_not_whole_or_not_in_order_is_refused() {
 }
 
 #[test]
-fn a_packet_takes_what_fits_a_datagram_and_no_more() {
+fn a_packet_has_at_most_the_size_of_a_datagram() {
     let mut master = Master::connected();
     let most = (MAX_DTO - 2) / 8;
     master.get(&[0xd6]);

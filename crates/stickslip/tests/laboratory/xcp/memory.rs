@@ -1,4 +1,4 @@
-//! An allocator that keeps account of what this thread holds.
+//! An allocator that counts the memory of this thread.
 #![allow(unsafe_code, reason = "an allocator is an unsafe trait")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -12,14 +12,14 @@ thread_local! {
 }
 
 fn count(bytes: i64) {
-    // A thread that is being taken down has no cells any more.
+    // A terminating thread has no cells.
     let _ = HELD.try_with(|held| {
         held.set(held.get() + bytes);
         let _ = MOST.try_with(|most| most.set(most.get().max(held.get())));
     });
 }
 
-/// The most that was held at once during this, beyond what was held before [bytes].
+/// Peak memory during a call, above the memory before [bytes].
 pub fn most_held(during: impl FnOnce()) -> i64 {
     let before = HELD.get();
     MOST.set(before);
@@ -31,13 +31,13 @@ pub fn most_held(during: impl FnOnce()) -> i64 {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as i64);
-        // SAFETY: the caller's promise is handed on.
+        // SAFETY: the caller's contract applies.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         count(-(layout.size() as i64));
-        // SAFETY: the caller's promise is handed on.
+        // SAFETY: the caller's contract applies.
         unsafe { System.dealloc(pointer, layout) }
     }
 }

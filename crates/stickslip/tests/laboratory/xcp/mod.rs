@@ -1,4 +1,4 @@
-//! The bench as an XCP slave, as masters, tools and hostile neighbours find it; without a socket.
+//! The bench as an XCP slave, tested with masters, tools and hostile clients; without a socket.
 
 mod abuse;
 mod calibration;
