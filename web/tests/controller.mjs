@@ -78,7 +78,7 @@ await play(async (scene) => {
   await scene.step('Automatic tunes beside the bench, and its result is a draft that can be undone', async () => {
     await ann.getByRole('button', { name: /^Automatic/ }).click()
     await region('Verdict').getByText(/Automatic: Tuned within the fair limits/).waitFor({ timeout: 60_000 })
-    await region('Verdict').getByText('The loop keeps what a fair tuning asks for, sliding, stuck and in all corners.').waitFor()
+    await region('Verdict').getByText('Meets all robustness limits: sliding, stuck and in all corners.').waitFor()
     await ann.getByRole('button', { name: 'Undo', exact: true }).click()
     await settled()
     assert.equal(await field(/velocity gain/).inputValue(), '0.05')

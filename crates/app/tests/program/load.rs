@@ -116,14 +116,14 @@ fn the_examples_of_a_friction_and_a_law_are_felt_and_replayed() {
     let folder = folder.path();
     let said = loaded_as("friction", "maxwell_slip", folder);
     for part in
-        ["Maxwell slip, SHA-256 ", "The friction of the file is felt within ", "of the file", "stiffness = 100 N m/rad"]
+        ["Maxwell slip, SHA-256 ", "Deviation from the friction of the file: ", "of the file", "stiffness = 100 N m/rad"]
     {
         assert!(said.contains(part), "{part}: {said}");
     }
     let summary = std::fs::read_to_string(folder.join("friction/summary.json")).expect("it wrote one");
     assert!(summary.contains("rendered.largest") && summary.contains("\"kind\": \"friction\""), "{summary}");
     let said = loaded_as("law", "difference", folder);
-    for part in ["difference torque, SHA-256 ", "The desired friction is met within ", "Under the preset's law: "] {
+    for part in ["difference torque, SHA-256 ", "Deviation from the desired friction: ", "Under the preset's law: "] {
         assert!(said.contains(part), "{part}: {said}");
     }
 
@@ -177,7 +177,7 @@ fn the_example_is_compiled_loaded_and_replayed_without_it() {
     let in_real_time = stickslip(&["load", "p_pi.so", "--real-time", "--duration", "1", "--out", "clocked"]);
     let (said, told) = (text(&in_real_time.stdout), text(&in_real_time.stderr));
     assert!(in_real_time.status.success() || told.contains("ms after its sample began"), "{said}{told}");
-    for part in ["By the clock its torque was there after ", "of the 750.00 µs", "from the deadline to the begin"] {
+    for part in ["In real time its torque was ready after ", "allowed: 750.00 µs", "from the deadline to the begin"] {
         assert!(said.contains(part), "{part}: {said}{told}");
     }
     // Below that of the loop, where it has one and leaves it room.
