@@ -92,10 +92,12 @@ fn attached(rate: f64, cpu: usize) -> Result<[f64; 2], Box<dyn Error>> {
     std::fs::remove_dir_all(&folder)?;
     let frames = left.measured.frames;
     if lost + frames > 0
-        || left.seen.iter().any(|viewer| viewer.missing > 0)
+        || left.received.iter().any(|viewer| viewer.missing > 0)
         || left.measured.rows * left.tuned.changes == 0
     {
-        return Err(format!("{lost} cycles were lost, {:?}, {:?}, {:?}", left.seen, left.tuned, left.measured).into());
+        return Err(
+            format!("{lost} cycles were lost, {:?}, {:?}, {:?}", left.received, left.tuned, left.measured).into()
+        );
     }
     let quantiles = left.clocked.histograms.lateness();
     Ok([quantiles.p50, quantiles.p99].map(|time| time as f64 * 1e-3))

@@ -163,23 +163,23 @@ export type Call = {
   call: "save_report"
 }
   | {
-  /** Bristles: stiffness [N m/rad], damping [N m s/rad], elastic limit as a share; those in force where there are none. */
+  /** Bristles: stiffness [N m/rad], damping [N m s/rad], elastic limit as a share; default: the active ones. */
   bristles?: [number, number, number] | null
   call: "sketch"
-  /** Breakaway torque [N m], kinetic torque [N m], Stribeck velocity [rad/s], viscous friction [N m s/rad]; those in force where there are none. */
+  /** Breakaway torque [N m], kinetic torque [N m], Stribeck velocity [rad/s], viscous friction [N m s/rad]; default: the active ones. */
   desired?: [number, number, number, number] | null
-  /** What the hand drags. */
+  /** The dragged handle. */
   drag?: Drag
     | null
-  /** Whether the curve shall be laid through the points. */
+  /** Whether the curve is fitted to the points. */
   fit?: boolean
-  /** Whether the curve shall be moved to the nearest that can be rendered. */
+  /** Whether the curve is moved to the nearest renderable one. */
   nearest?: boolean
   /** Reference points. */
   points?: Reference[]
-  /** Speeds at which the curve is to be seen, from 0 on [rad/s]. */
+  /** Speeds at which the curve is evaluated, at least 0 [rad/s]. */
   speeds: number[]
-  /** Whether to say what would do instead, where it cannot be rendered: a hundred times the time. */
+  /** Whether to compute remedies for a curve that cannot be rendered; takes a hundred times longer. */
   thorough?: boolean
 }
   | {
@@ -789,18 +789,18 @@ export type DraftKind = "cascade"
   | "pid"
   | "state-feedback"
   | "predictive"
-/** A hand on a handle. */
+/** A dragged handle. */
 export type Drag = {
-  /** Which. */
+  /** The handle. */
   handle: Handle
-  /** Whether the other parameters follow the reference points. */
+  /** Whether the other parameters are fitted to the reference points. */
   refit?: boolean
-  /** Where the hand is [rad/s]. */
+  /** Speed at the pointer [rad/s]. */
   speed: number
-  /** Where the hand is [N m]. */
+  /** Torque at the pointer [N m]. */
   torque: number
 }
-/** What is to be seen of a sketch. */
+/** The computed view of a sketch. */
 export type Drawn = {
   /** Desired friction at each speed [N m]. */
   curve: number[]
@@ -810,36 +810,36 @@ export type Drawn = {
   desired_loop: Loop
   /** RMS distance from the reference points [N m]; `null` without any. */
   distance: number | null
-  /** What bounds the least and the largest friction. */
+  /** Limits of the smallest and the largest friction. */
   edges: Edge[]
   /** Handles of the single parameters. */
   grips: Grip[]
-  /** The largest [N m]. */
+  /** Largest friction that can be rendered steadily at each speed [N m]. */
   largest: number[]
-  /** The least friction that could be rendered steadily at each speed [N m]. */
+  /** Smallest friction that can be rendered steadily at each speed [N m]. */
   least: number[]
-  /** By what the difference torque may be multiplied until a limit is hit; `null`: by anything. */
+  /** Factor of the difference torque at which a limit is reached; `null`: unlimited. */
   margin: number | null
   /** Own friction at each speed [N m]. */
   own: number[]
   /** The presliding loop of the own friction, over the same way. */
   own_loop: Loop
-  /** What a reader should know, in sentences. */
+  /** Remarks, in sentences. */
   remarks: string[]
   /** Whether it can be rendered. */
   renderable: boolean
-  /** Where it cannot be rendered. */
+  /** Speed ranges in which it cannot be rendered. */
   shortages: SpeedRange[]
 }
-/** A part of an edge of what can be rendered. */
+/** A part of an edge of the renderable region. */
 export type Edge = {
-  /** From [rad/s]. */
+  /** Lower end [rad/s]. */
   from: number
-  /** Of the largest friction; else of the least. */
+  /** Whether it is the edge of the largest friction, not of the smallest. */
   largest: boolean
-  /** `current`, `voltage`; `wheel` where the law renders nothing and the friction wheel alone tells. */
+  /** `current`, `voltage`; `wheel` where the law renders no torque and the friction wheel alone acts. */
   limit: string
-  /** To [rad/s]. */
+  /** Upper end [rad/s]. */
   to: number
 }
 /** End of a motion or measurement. */
@@ -968,22 +968,22 @@ export type FlowWire = {
 }
 /** A handle on the curve. */
 export type Grip = {
-  /** Which. */
+  /** The handle. */
   handle: Handle
-  /** Least and largest value. */
+  /** Smallest and largest value. */
   range: [number, number]
-  /** Where it lies [rad/s]. */
+  /** Its speed in the figure [rad/s]. */
   speed: number
-  /** As in an equation. */
+  /** Symbol. */
   symbol: string
-  /** Where it lies [N m]. */
+  /** Its torque in the figure [N m]. */
   torque: number
-  /** In this SI unit. */
+  /** SI unit. */
   unit: string
   /** Its value. */
   value: number
 }
-/** What a curve is held by. */
+/** Handles of a curve. */
 export type Handle = "breakaway_torque"
   | "kinetic_torque"
   | "stribeck_velocity"
@@ -1130,11 +1130,11 @@ export type LoadedStatus = {
   /** The parameter that selects it. */
   selector: string
 }
-/** What slow motion back and forth feels, from rest on: the bristles alone, without their damping. */
+/** Presliding loop of slow motion back and forth from rest: the bristles without damping. */
 export type Loop = {
-  /** Way from the begin [rad]. */
+  /** Way from the start [rad]. */
   angle: number[]
-  /** Friction torque there [N m]. */
+  /** Friction torque [N m]. */
   torque: number[]
 }
 /** A loop at one operating point. */
@@ -1435,11 +1435,11 @@ export type Recorded = {
 }
 /** A reference point. */
 export type Reference = {
-  /** From 0 on [rad/s]. */
+  /** Speed, at least 0 [rad/s]. */
   speed: number
-  /** Above 0 [N m]. */
+  /** Torque, above 0 [N m]. */
   torque: number
-  /** How much it counts beside others. */
+  /** Weight relative to other points. */
   weight?: number
 }
 /** A measured rendered friction, complete or during its measurement. */
@@ -1630,15 +1630,15 @@ export type Status = {
   /** Addresses for measurement and calibration tools. */
   xcp: XcpStatus[]
 }
-/** A stretch of speeds in which a limit forbids. */
+/** A speed range in which a limit is exceeded. */
 export type SpeedRange = {
-  /** From [rad/s]. */
+  /** Lower end [rad/s]. */
   from: number
   /** `current`, `voltage`, `slope`, `response`, `speed`. */
   limit: string
-  /** Why, in a sentence. */
+  /** Reason, in a sentence. */
   reason: string
-  /** To [rad/s]. */
+  /** Upper end [rad/s]. */
   to: number
 }
 /** The running program. */

@@ -78,7 +78,7 @@ await play(async (scene) => {
   await scene.step('automatic tuning runs next to the bench; its result is a draft with undo', async () => {
     await ann.getByRole('button', { name: /^Automatic/ }).click()
     await region('Robustness').getByText(/Automatic tuning: Tuned within/).waitFor({ timeout: 60_000 })
-    await region('Robustness').getByText(/keeps what a fair tuning asks for|Meets all robustness limits/i).waitFor()
+    await region('Robustness').getByText('Meets all robustness limits: sliding, stuck and in all corners.').waitFor()
     await ann.getByRole('button', { name: 'Undo', exact: true }).click()
     await settled()
     assert.equal(await field(/velocity gain/).inputValue(), '0.05')

@@ -64,7 +64,7 @@ await play(
     await scene.step('a measurement with the load motor rendering gives figures 12 to 14', async () => {
       await click(button('Measure again (axis moves)').last())
       await state(ann).getByText('Measuring').waitFor()
-      await ann.getByRole('img', { name: /Desired characteristic, and friction measured under it/ }).waitFor()
+      await ann.getByRole('img', { name: /Desired and rendered friction/ }).waitFor()
       await scene.accessible(ann, 'rendering')
       if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, 'newcomer-rendering.png') })
       await button('Save report').waitFor({ timeout: PATIENCE })

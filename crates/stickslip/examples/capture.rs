@@ -38,7 +38,7 @@ fn main() -> Result<(), Error> {
     println!("\n2000 points of {SIGNALS} signals                 µs");
     for span in [1_000, 10_000, 100_000, 500_000] {
         let start = ROWS - span - 7;
-        let time = fastest(|| drop(black_box(history.query(start..begin + span, 2000))));
+        let time = fastest(|| drop(black_box(history.query(start..start + span, 2000))));
         println!("over {span:6} ticks            {:10.1}", 1e6 * time);
     }
     Ok(())

@@ -50,7 +50,7 @@ impl DoctorCommand {
 fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     let of = |verdict: Verdict| examination.findings.iter().filter(move |finding| finding.verdict == verdict);
     let mut printed = BTreeSet::new();
-    let mut remedy = |out: &mut dyn Write, text: Option<String>| match text {
+    let mut write_remedy = |out: &mut dyn Write, text: Option<String>| match text {
         // A remedy for two findings is printed once.
         Some(text) if printed.insert(text.clone()) => writeln!(out, "    {text}"),
         _ => Ok(()),

@@ -118,15 +118,18 @@ fn the_examples_of_a_friction_and_a_law_are_rendered_and_replayed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     let printed = load_as("friction", "maxwell_slip", folder);
-    for part in
-        ["Maxwell slip, SHA-256 ", "The friction of the file is felt within ", "of the file", "stiffness = 100 N m/rad"]
-    {
+    for part in [
+        "Maxwell slip, SHA-256 ",
+        "Deviation from the friction of the file: ",
+        "of the file",
+        "stiffness = 100 N m/rad",
+    ] {
         assert!(printed.contains(part), "{part}: {printed}");
     }
     let summary = std::fs::read_to_string(folder.join("friction/summary.json")).expect("it wrote one");
     assert!(summary.contains("rendered.largest") && summary.contains("\"kind\": \"friction\""), "{summary}");
     let printed = load_as("law", "difference", folder);
-    for part in ["difference torque, SHA-256 ", "The desired friction is met within ", "Under the preset's law: "] {
+    for part in ["difference torque, SHA-256 ", "Deviation from the desired friction: ", "Under the preset's law: "] {
         assert!(printed.contains(part), "{part}: {printed}");
     }
 
@@ -181,7 +184,7 @@ fn the_example_is_compiled_loaded_and_replayed_without_its_file() {
     let in_real_time = stickslip(&["load", "p_pi.so", "--real-time", "--duration", "1", "--out", "clocked"]);
     let (printed, errors) = (text(&in_real_time.stdout), text(&in_real_time.stderr));
     assert!(in_real_time.status.success() || errors.contains("ms after the start of its sample"), "{printed}{errors}");
-    for part in ["By the clock its torque was there after ", "of the 750.00 µs", "from the deadline to the start"] {
+    for part in ["In real time its torque was ready after ", "allowed: 750.00 µs", "from the deadline to the start"] {
         assert!(printed.contains(part), "{part}: {printed}{errors}");
     }
     // Below the priority of the loop, if the loop has a real-time priority and there is a second processor.

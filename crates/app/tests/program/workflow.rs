@@ -114,7 +114,7 @@ fn stdout_has_the_summary_with_json_and_is_empty_with_quiet() {
 fn a_desired_curve_beyond_the_load_motor_is_reported() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let text = output("design --from clm-bench --set desired.viscous_friction=0.05", folder.path());
-    assert!(text.contains("the load motor needs 3.924 N·m, its current limit gives 1.401 N·m."), "{text}");
+    assert!(text.contains("the load motor requires 3.924 N·m; its current limit permits 1.401 N·m."), "{text}");
     let file = std::fs::read_to_string(folder.path().join("stickslip-out/design/desired.toml")).unwrap();
     let preset: Preset<f64> = parameters::read(&file, "desired.toml").unwrap();
     assert_eq!(preset.bench.desired.viscous_friction, 0.05);
@@ -123,7 +123,7 @@ fn a_desired_curve_beyond_the_load_motor_is_reported() {
     let render = "render --own clm-bench --desired stickslip-out/design/desired.toml";
     let text = error(1, render, folder.path());
     // The remedy for the speeds of the plan, which end below those of the design.
-    assert!(text.contains("or, alone, viscous friction b = 0.0294 N·m·s/rad."), "{text}");
+    assert!(text.contains("or change only one parameter: viscous friction b = 0.0294 N·m·s/rad."), "{text}");
     assert!(!folder.path().join("stickslip-out/render").exists());
 }
 
@@ -134,12 +134,12 @@ fn curves_of_other_benches_are_fitted_and_undetermined_results_are_reported() {
     let text = output(&format!("fit {} --side each", data.display()), folder.path());
     assert!(text.contains("Stribeck curve through 20 points, joint 2 negative:"), "{text}");
     assert!(text.contains("There is no Stribeck effect in this data"), "{text}");
-    assert!(text.contains("No fit.toml: a parameter file holds one curve for both directions"), "{text}");
+    assert!(text.contains("No fit.toml: a parameter file has one curve for both directions"), "{text}");
     let rows = "speed [mm/s],friction [N]\n1,20\n2,19\n5,17\n10,16\n50,16.5\n100,18\n200,21\n";
     std::fs::write(folder.path().join("linear.csv"), rows).unwrap();
     let text = output("fit linear.csv --out linear", folder.path());
     assert!(text.contains("breakaway force F_S") && text.contains("N·s/m") && !text.contains("rad"), "{text}");
-    assert!(text.contains("No fit.toml: a parameter file holds torques of a screw"), "{text}");
+    assert!(text.contains("No fit.toml: a parameter file requires a rotary axis"), "{text}");
 }
 
 #[test]

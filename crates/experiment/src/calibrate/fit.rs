@@ -102,7 +102,7 @@ fn descend(
         // The step is shortened as a whole: tied parameters keep their ratios.
         let tied = (0..PARAMETERS).filter(|i| SOUGHT[*i].scale == 0.0 && !Index::is_loose(*i));
         let longest = tied.map(|i| full_step[i].abs()).fold(0.0, f64::max);
-        let mut limited = wanted * (LONGEST / longest.max(LONGEST));
+        let mut limited = full_step * (LONGEST / longest.max(LONGEST));
         (0..PARAMETERS).filter(|i| Index::is_loose(*i)).for_each(|i| limited[i] = limited[i].clamp(-LONGEST, LONGEST));
         let next: [f64; PARAMETERS] = std::array::from_fn(|i| coordinates[i] + limited[i]);
         let mut trial = segments.to_vec();

@@ -96,8 +96,8 @@ impl Calibration {
             warnings,
             duration,
         };
-        calibration.tell_ripple(solution);
-        calibration.tell_directions(solution);
+        calibration.add_ripple(solution);
+        calibration.add_directions(solution);
         calibration.model = identified::model(model, &calibration.values);
         calibration.model.tacho_ripple = tacho_ripple(solution);
         calibration

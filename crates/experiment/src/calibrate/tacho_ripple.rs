@@ -89,5 +89,5 @@ pub(super) fn ripple_order(coordinates: &[f64; PARAMETERS], segments: &[Segment]
     // Of white noise with variance σ² a segment's squares have the mean n·σ².
     let strength = |order: usize| sums[order][0] / (sums[order][1].max(1.0) * squares / f64::max(weights, 1.0));
     let strongest = (1..=HIGHEST_ORDER).max_by(|a, b| strength(*a).total_cmp(&strength(*b))).unwrap_or(0);
-    if strength(strongest) > STANDS_OUT { strongest } else { 0 }
+    if strength(strongest) > SIGNIFICANT { strongest } else { 0 }
 }

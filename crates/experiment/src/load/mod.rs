@@ -42,36 +42,36 @@ enum Task {
     Friction(Rendered),
 }
 
-impl Done {
+impl Task {
     /// The experiment within a duration [s].
     fn planned(role: Role, preset: &Preset<f64>, duration: f64) -> Self {
         match role {
-            Role::Controller => Done::Manoeuvres(Manoeuvres::planned(preset, duration)),
-            Role::Friction | Role::Law => Done::Friction(Rendered::planned(role, preset, duration)),
+            Role::Controller => Task::Manoeuvres(Manoeuvres::planned(preset, duration)),
+            Role::Friction | Role::Law => Task::Friction(Rendered::planned(role, preset, duration)),
         }
     }
 
     /// Runs with the external code in the loop.
     fn with(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
         match self {
-            Done::Manoeuvres(manoeuvres) => manoeuvres.with(preset, bench, watch),
-            Done::Friction(rendered) => rendered.with(bench, watch),
+            Task::Manoeuvres(manoeuvres) => manoeuvres.with(preset, bench, watch),
+            Task::Friction(rendered) => rendered.with(bench, watch),
         }
     }
 
     /// Runs with the preset's counterpart.
     fn without(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
         match self {
-            Done::Manoeuvres(manoeuvres) => manoeuvres.without(preset, bench, watch),
-            Done::Friction(rendered) => rendered.without(bench, watch),
+            Task::Manoeuvres(manoeuvres) => manoeuvres.without(preset, bench, watch),
+            Task::Friction(rendered) => rendered.without(bench, watch),
         }
     }
 
     /// Names of files, figures and captions.
     fn figures(&self, preset: &Preset<f64>) -> Vec<(String, Figure, String)> {
         match self {
-            Done::Manoeuvres(manoeuvres) => manoeuvres.figures(),
-            Done::Friction(rendered) => rendered.figures(preset),
+            Task::Manoeuvres(manoeuvres) => manoeuvres.figures(),
+            Task::Friction(rendered) => rendered.figures(preset),
         }
     }
 }
@@ -90,7 +90,7 @@ trait Host: Bench {
     fn fault(&mut self, error: Error) -> Result<String, Error>;
 }
 
-impl Takes for VirtualBench {
+impl Host for VirtualBench {
     fn bring(&mut self, external: External) -> Result<(), Error> {
         self.bring(external)
     }
@@ -107,7 +107,7 @@ impl Takes for VirtualBench {
     }
 }
 
-impl Takes for ClockedBench {
+impl Host for ClockedBench {
     fn bring(&mut self, external: External) -> Result<(), Error> {
         self.bring(external)
     }
@@ -143,7 +143,7 @@ pub fn load(
     record: Option<&Path>,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
-    let (recorder, tap) = recorded(preset, &external, seed, record)?.unzip();
+    let (recorder, tap) = recorder(preset, &external, seed, record)?.unzip();
     let mut bench = VirtualBench::new(preset, seed)?;
     tap.into_iter().for_each(|tap| bench.tap(tap));
     let loaded = run(&mut bench, preset, external, duration, seed, watch)?;
@@ -167,7 +167,7 @@ pub fn load_in_real_time(
     wishes: ThreadSettings,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
-    let (recorder, tap) = recorded(preset, &external, seed, record)?.unzip();
+    let (recorder, tap) = recorder(preset, &external, seed, record)?.unzip();
     let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, tap)?;
     let loaded = run(&mut bench, preset, external, duration, seed, watch)?;
     let clocked = bench.stop();
@@ -193,7 +193,7 @@ fn recorder(
 }
 
 fn run(
-    bench: &mut impl Takes,
+    bench: &mut impl Host,
     preset: &Preset<f64>,
     external: External,
     duration: f64,
@@ -306,8 +306,8 @@ impl Loaded {
     /// Deviations with the external code and with the preset's counterpart.
     pub fn table(&self) -> Table {
         match &self.task {
-            Done::Manoeuvres(manoeuvres) => manoeuvres.table(),
-            Done::Friction(rendered) => rendered.table(&self.preset),
+            Task::Manoeuvres(manoeuvres) => manoeuvres.table(),
+            Task::Friction(rendered) => rendered.table(&self.preset),
         }
     }
 
@@ -366,7 +366,7 @@ impl Loaded {
         let report = Report::new(format!("{} in the loop", self.external.description().name), provenance);
         let report = report.summary(self.lead()).table(self.table());
         let report = self
-            .done
+            .task
             .figures(&self.preset)
             .into_iter()
             .fold(report, |report, (_, figure, caption)| report.figure(figure, caption));
@@ -380,8 +380,8 @@ impl Loaded {
     fn lead(&self) -> String {
         let stopped = self.fault.iter().map(|fault| format!("The bench stopped: {fault}"));
         let results = match &self.task {
-            Done::Manoeuvres(manoeuvres) => manoeuvres.lead(),
-            Done::Friction(rendered) => rendered.lead(&self.preset),
+            Task::Manoeuvres(manoeuvres) => manoeuvres.lead(),
+            Task::Friction(rendered) => rendered.lead(&self.preset),
         };
         stopped.chain(results).collect::<Vec<_>>().join(" ")
     }

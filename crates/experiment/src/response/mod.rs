@@ -61,7 +61,7 @@ pub fn measure_response(plan: &ResponsePlan<f64>, bench: &mut dyn Bench, watch: 
             remedy: "Use a lower frequency (plan.highest_frequency) or a faster tick.",
         });
     }
-    let model = axis(bench.model(), bench.settings(), plan.operating())?;
+    let modelled_axis = axis(bench.model(), bench.settings(), plan.operating())?;
     let multiples = plan.multiples();
     let limits = bench.settings().safety;
     let pass = plan.pass([limits.lower_end, limits.upper_end])?;
@@ -83,7 +83,12 @@ pub fn measure_response(plan: &ResponsePlan<f64>, bench: &mut dyn Bench, watch: 
             model.motor_friction.steady_torque(1e-9, 0.0, 0.0) / (plan.share * model.own.breakaway_torque)
         }
     };
-    Ok(Response { motor_friction, complete, duration, ..evaluate(plan, &model, &multiples, &waves, &ticks, count)? })
+    Ok(Response {
+        motor_friction,
+        complete,
+        duration,
+        ..evaluate(plan, &modelled_axis, &multiples, &waves, &ticks, count)?
+    })
 }
 
 fn visit(

@@ -82,7 +82,7 @@ impl LoopRun {
             let (quality, axis) = (closes.quality(&preset.model)?, closes.axis().clone());
             Ok(OperatingLoop { name, at, quality, axis, gain, closed, frequencies })
         };
-        let [sliding, stuck] = operating(velocity).map(judge);
+        let [sliding, stuck] = operating(velocity).map(analyse);
         Ok(LoopRun { preset: *preset, operating: [sliding?, stuck?], corners: Vec::new() })
     }
 

@@ -99,7 +99,7 @@ fn a_killed_process_leaves_all_that_it_had_flushed() {
 fn asammdf(path: &Path) -> Option<(Value, Vec<Vec<u8>>)> {
     let python = std::env::var("STICKSLIP_PYTHON").unwrap_or_else(|_| "python3".into());
     let available = Command::new(&python).args(["-c", "import asammdf"]).output().is_ok_and(|o| o.status.success());
-    if !there {
+    if !available {
         println!("NOT RUN: asammdf is missing (pip install asammdf)");
         return None;
     }

@@ -24,7 +24,7 @@ impl Served {
         let rate = [("bench.tick_rate", "1000")];
         source.text = parameters::set_all::<Preset<f64>>(&source.text, "here", &rate).expect("a rate");
         let loaded = Some(ExternalFile { path: path.clone(), role, trust: true, ..ExternalFile::default() });
-        let start = Start { wishes: ThreadSettings::PLAIN, loaded, ..Start::new(source, project) };
+        let start = Start { thread_settings: ThreadSettings::PLAIN, loaded, ..Start::new(source, project) };
         Served { live: Live::start(start).expect("it starts"), library: path }
     }
 

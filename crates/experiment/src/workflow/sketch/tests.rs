@@ -135,7 +135,7 @@ fn a_curve_that_cannot_be_rendered_has_a_reason_and_the_nearest_one_can_be_rende
     assert!(range.from < range.to && range.reason.starts_with("From "), "{range:?}");
     let has = |view: &Drawn, part: &str| view.remarks.iter().any(|remark| remark.contains(part));
     // A quick view has no remedies.
-    assert!(!has(&view, "alone") && !has(&view, "no single parameter"), "{:?}", view.remarks);
+    assert!(!has(&view, "only one parameter") && !has(&view, "no single parameter"), "{:?}", view.remarks);
     let thorough = drawn(&Sketch { thorough: true, ..steep.clone() });
     assert!(has(&thorough, "Stribeck velocity"), "{:?}", thorough.remarks);
     let near = drawn(&Sketch { nearest: true, ..steep.clone() });

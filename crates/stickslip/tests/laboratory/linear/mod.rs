@@ -47,7 +47,7 @@ fn ideal(at: Operating) -> Preset<f64> {
 }
 
 /// Outputs of a sample of the bench: angle and tacho.
-type Shown = [f64; 2];
+type Outputs = [f64; 2];
 
 /// The virtual bench about its operating point, under a step of torque at the command or against the load.
 fn simulated(preset: &Preset<f64>, at: Operating, [torque, load]: [f64; 2], ticks: usize) -> Vec<Outputs> {

@@ -236,5 +236,5 @@ fn an_invalid_description_is_refused_with_the_reason() {
     // A valid description that refuses to start.
     let library = compiled(folder.path(), "tests/laboratory/loaded/described.c", &["-DCASE=99"]);
     let started = External::trusted(&library, Role::Controller).unwrap().begin(1e-3, 1.0);
-    assert_eq!(begun, Err(ExternalFault::Failed { code: -1 }));
+    assert_eq!(started, Err(ExternalFault::Failed { code: -1 }));
 }

@@ -59,7 +59,7 @@ struct TrueAngle {
     angle: f64,
 }
 
-impl Truth {
+impl TrueAngle {
     /// One cycle; returns its way [rad].
     fn follow(&mut self, bench: &FaultyBench) -> f64 {
         let count = bench.undisturbed().count;
