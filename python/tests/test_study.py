@@ -167,7 +167,7 @@ def test_errors_in_a_plan_are_raised_before_a_case_runs(file, tmp_path):
         stickslip.study({"manoevres": ["creep"]})
     with pytest.raises(stickslip.InvalidValue, match="plant.drive.load_inertia = 5 kg m\\^2 is outside"):
         stickslip.study(PLAN | {"axis": [{"path": "plant.drive.load_inertia", "values": [5]}]})
-    with pytest.raises(stickslip.UnknownName, match="crawl is no manoeuvre"):
+    with pytest.raises(stickslip.UnknownName, match="unknown manoeuvre crawl"):
         stickslip.study(PLAN | {"manoeuvres": ["crawl"]})
     with pytest.raises(TypeError, match="seeds is a complex. Give a number"):
         stickslip.study(PLAN | {"seeds": 1j})

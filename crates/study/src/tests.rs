@@ -219,7 +219,7 @@ fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
     }
     assert!(refused("manoeuvres = []\n").contains("each manoeuvre once"));
     assert!(refused("manoeuvres = [\"creep\"]\n").contains("there is no axis"));
-    assert!(refused("manoeuvres = [\"crawl\"]\n").contains("crawl is no manoeuvre"));
+    assert!(refused("manoeuvres = [\"crawl\"]\n").contains("unknown manoeuvre crawl"));
     assert!(refused("manoeuvres = [\"creep\"]\nseeds = 0\n").contains("seeds = 0"));
     assert!(refused("manoeuvres = [\"creep\"\n").contains("study.toml:"));
     let controller = "manoeuvres = [\"creep\"]\ncontroller = \"pid\"\n[set]\nbench.controller.position_gain = 3\n";

@@ -60,7 +60,8 @@ const PHRASES: [(&str, &str); 48] = [
 ];
 
 /// Places that need a phrase, with the reason.
-const EXCEPTIONS: [(&str, &str, &str); 0] = [];
+const EXCEPTIONS: [(&str, &str, &str); 1] =
+    [("docs/src/files.md", "believed", "names of columns that scripts read: tacho_believed_gain and others")];
 
 /// A place with a phrase.
 #[derive(Debug, PartialEq)]

@@ -107,7 +107,7 @@ pub(crate) enum Command {
                             factor = true\n\
                             range = [0.7, 1.3]\n\
                             points = 7\n\n\
-                            Example: stickslip study examples/study/belief.toml")]
+                            Example: stickslip study examples/study/model.toml")]
     Study(study::Study),
     /// Identify inertia and friction of an axis from a recording.
     #[command(

@@ -25,7 +25,7 @@ const GRACE: f64 = 0.25;
 /// Interval of requests to an unavailable machine, and to one that has not confirmed its preload [s].
 const RETRY: f64 = 0.1;
 
-/// The link to a machine paced by the clock of a bench.
+/// Link to a machine whose ticks follow the clock of the bench.
 #[derive(Debug)]
 pub struct Paced {
     line: Line,

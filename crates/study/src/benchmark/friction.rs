@@ -58,9 +58,9 @@ pub struct Variation {
 
 /// All variations; the first is none.
 pub const VARIATIONS: [Variation; 9] = [
-    Variation { name: "as believed", change: |_| {} },
-    Variation { name: "belief −30 %", change: |preset| scale_model(preset, 0.7) },
-    Variation { name: "belief +30 %", change: |preset| scale_model(preset, 1.3) },
+    Variation { name: "exact model", change: |_| {} },
+    Variation { name: "model friction −30 %", change: |preset| scale_model(preset, 0.7) },
+    Variation { name: "model friction +30 %", change: |preset| scale_model(preset, 1.3) },
     Variation {
         name: "ripple 10 %",
         change: |preset| {

@@ -152,7 +152,7 @@ fn files_of_study_are_described() {
 
 #[test]
 fn the_study_on_its_page_is_the_example() {
-    let example = include_str!("../../../../../examples/study/belief.toml");
+    let example = include_str!("../../../../../examples/study/model.toml");
     // Without the comment at its start, which the page explains.
     let example = example.split_once("\n\n").map_or(example, |(_, below)| below);
     assert!(Page::read("studies.md").text.contains(example), "{example}");
