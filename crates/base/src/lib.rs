@@ -1,5 +1,13 @@
 //! Shared basis of stickslip: units and quantities with uncertainty, presets and parameter files, figures, tables and
 //! reports, progress and cancellation, and the errors of all crates above.
+//!
+//! ```
+//! use stickslip_base::{Error, Preset, parameters};
+//!
+//! let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+//! assert_eq!(preset.bench.tick_rate, 4000.0);
+//! # Ok::<(), Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod error;

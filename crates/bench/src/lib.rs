@@ -16,6 +16,17 @@
 //! A parameter set becomes active on a real-time bench with one cycle: in order after the queued commands, or before
 //! all of them (`clocked/immediate.rs`). A record may start in any cycle: `clocked/keyframe.rs` makes the loop write
 //! the whole state into preallocated memory.
+//!
+//! ```
+//! use stickslip_base::{Preset, parameters};
+//! use stickslip_bench::{Bench as _, Command, VirtualBench};
+//!
+//! let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+//! let mut bench = VirtualBench::new(&preset, 1)?;
+//! let frame = bench.step(Command::default())?;
+//! assert!(frame.angle.is_finite());
+//! # Ok::<(), stickslip_base::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod clocked;

@@ -6,6 +6,15 @@
 //! self-test, an example and a page. The C code computes the same bits as the Rust code: each operation is the same
 //! IEEE operation in the same order, and exponential, sine and cosine are the kernels of
 //! `stickslip_core::scalar::kernel`, recorded in the same way.
+//!
+//! ```
+//! use stickslip_codegen::c;
+//! use stickslip_core::friction::LuGre;
+//!
+//! let source = c::generate::<_, f64>(&LuGre::<f64>::default(), "friction")?;
+//! assert!(source.source.contains("friction_step"));
+//! # Ok::<(), c::NotAName>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod c;

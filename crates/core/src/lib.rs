@@ -8,6 +8,15 @@
 //! number) and [`block::Block`] (parameters, state, step). A signal path has no `if`: a comparison gives a mask, the mask
 //! selects, and both sides are computed.
 //!
+//! ```
+//! use stickslip_core::friction::Stribeck;
+//!
+//! let friction = Stribeck::<f64>::default();
+//! // Breakaway, then sliding: the friction falls with the speed and rises again with the viscous part.
+//! assert_eq!(friction.magnitude(0.0), friction.breakaway_torque);
+//! assert!(friction.magnitude(5.0) < friction.magnitude(0.0));
+//! ```
+//!
 //! [`Scalar`]: scalar::Scalar
 //! [`Lanes`]: scalar::Lanes
 //! [`Dual`]: scalar::Dual

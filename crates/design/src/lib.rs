@@ -2,6 +2,15 @@
 //! blocks.
 //!
 //! Plain `f64`, may fail, runs when parameters change and never in the tick. Linear algebra is nalgebra's.
+//!
+//! ```
+//! use stickslip_design::velocity_observer;
+//!
+//! // Three poles at 250 1/s, a screw lead of 5 mm and a tick of 0.25 ms.
+//! let observer = velocity_observer([250.0; 3], 0.005, 0.25e-3)?;
+//! assert!(observer.screw_ratio > 1256.0 && observer.screw_ratio < 1257.0);
+//! # Ok::<(), stickslip_base::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod arm;

@@ -5,6 +5,19 @@
 //!
 //! A cancelled experiment returns its data so far, marked as not `complete`; without any data it fails with
 //! [`Error::Cancelled`].
+//!
+//! ```
+//! use stickslip_base::{Preset, Watch, parameters};
+//! use stickslip_bench::VirtualBench;
+//! use stickslip_experiment::{FrictionPlan, home, measure_friction};
+//!
+//! let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+//! let mut bench = VirtualBench::new(&preset, 1)?;
+//! home(&mut bench, &Watch::silent())?;
+//! let curve = measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent())?;
+//! assert!(curve.fit()?.parameters[0] > 0.25);
+//! # Ok::<(), stickslip_base::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod breakaway;

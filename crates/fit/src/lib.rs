@@ -1,4 +1,16 @@
 //! Fits with covariance: each parameter has an error.
+//!
+//! ```
+//! use stickslip_core::friction::Stribeck;
+//! use stickslip_fit::{CurvePoint, StribeckPlan, fit_stribeck};
+//!
+//! let friction = Stribeck::default();
+//! let points = [0.1, 0.5, 1.0, 2.0, 5.0, 20.0, 50.0]
+//!     .map(|velocity| CurvePoint { velocity, torque: friction.torque(velocity), standard_error: 1e-3 });
+//! let fit = fit_stribeck(&points, &StribeckPlan::default())?;
+//! assert!((fit.parameters[0] - friction.breakaway_torque).abs() < 1e-3);
+//! # Ok::<(), stickslip_base::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod choice;

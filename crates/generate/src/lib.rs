@@ -5,6 +5,16 @@
 //! elsewhere. The C code computes the same bits as the Rust code in the chosen precision. Choices of the preset (which
 //! friction model, which controller) are fixed when the code is written; numbers stay variable, as parameters with the
 //! preset's values.
+//!
+//! ```
+//! use stickslip_base::{Preset, parameters};
+//! use stickslip_generate::{Precision, generate};
+//!
+//! let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+//! let generated = generate("pid", &preset, Precision::Single, Some("axis"))?;
+//! assert!(generated.files.iter().any(|(name, _)| name == "axis.c"));
+//! # Ok::<(), stickslip_base::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod a2l;

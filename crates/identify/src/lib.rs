@@ -4,6 +4,22 @@
 //! Coulomb and viscous friction and the friction curve. Where the controller is known, the closed loop is simulated and
 //! richer models are fitted to the recorded command. The best model is selected on samples that its fit did not use, by
 //! [`choose`]. Published values of the machine file are not used.
+//!
+//! ```
+//! use std::path::Path;
+//! use stickslip_identify::machine::Machine;
+//!
+//! let machine = r#"
+//!     name = "axis"
+//!     axis = "linear"
+//!     sampling_period = { value = 1, unit = "ms" }
+//!     [columns]
+//!     position = { name = "q", unit = "m" }
+//!     velocity_gain = 3
+//! "#;
+//! // An unknown key is an error with its place and the known keys.
+//! assert!(Machine::parse(Path::new("axis.toml"), machine).is_err());
+//! ```
 #![forbid(unsafe_code)]
 
 mod axis;

@@ -7,6 +7,14 @@
 //! the axis (`axis.rs`), one takes every cycle from the tap and feeds captures and recordings (`listener.rs`), one writes
 //! the record to the disk (`scribe.rs`). Everything else, including the design of parameters, runs on the thread of the
 //! caller. Slow readers lose rows; the loss is counted.
+//!
+//! ```
+//! use stickslip_live::protocol::Call;
+//!
+//! let call = Call::from_json(serde_json::json!({ "call": "status" }))?;
+//! assert_eq!(call.to_json()["call"], "status");
+//! # Ok::<(), String>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod access;

@@ -14,6 +14,14 @@
 //!   `web/src/scope/raster.ts` draws dense traces as pixels.
 //! - `web/guide.ts` generates the help window from `docs/src`.
 //! - The tests in `web/tests` use the real program and a real browser (`web/tests/harness.mjs`).
+//!
+//! ```
+//! match stickslip_page::file("/") {
+//!     Some(page) => assert_eq!(page.content_type(), "text/html; charset=utf-8"),
+//!     // Built without Node.
+//!     None => assert!(stickslip_page::missing().is_some()),
+//! }
+//! ```
 #![forbid(unsafe_code)]
 
 use std::io::Read as _;

@@ -6,6 +6,16 @@
 //! | MAT, level 5 | vectors and columns of matrices, compressed or not | none |
 //! | Parquet | flat columns of numbers, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
 //! | MDF 4 | numbers of the group that has most of them; see [`mdf`] | of channel or conversion |
+//!
+//! ```
+//! use std::path::Path;
+//! use stickslip_recording::Recording;
+//!
+//! let text = b"time [s],angle [rad]\n0.0,1.0\n0.1,1.5\n";
+//! let recording = Recording::parse(Path::new("axis.csv"), text)?;
+//! assert_eq!(recording.column("angle")?.values, [1.0, 1.5]);
+//! # Ok::<(), stickslip_base::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod capture;

@@ -1,6 +1,21 @@
 //! The friction bench as a library: measure, fit, design, render, re-measure, rank, report.
 //!
 //! Users import this crate. Each module is re-exported from the crate of its subject.
+//!
+//! ```
+//! use stickslip::bench::VirtualBench;
+//! use stickslip::experiment::{FrictionPlan, home, measure_friction};
+//! use stickslip::{Preset, Watch, parameters};
+//!
+//! let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+//! let mut bench = VirtualBench::new(&preset, 1)?;
+//! home(&mut bench, &Watch::silent())?;
+//! let curve = measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent())?;
+//! for (name, value) in curve.fit()?.lines() {
+//!     println!("{name}: {value}");
+//! }
+//! # Ok::<(), stickslip::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub use stickslip_base::{Error, Summary, Watch};

@@ -11,6 +11,22 @@
 //!
 //! Each case is a function of its number: the result does not depend on threads, order, lanes and interruptions.
 //! [`run_study`] runs the cases here; [`Parts`] hands the [`Work`] to other machines.
+//!
+//! ```
+//! use stickslip_study::read_text;
+//!
+//! let study = r#"
+//!     preset = "prototype"
+//!     manoeuvres = ["reversal"]
+//!     [[axis]]
+//!     path = "model.own.breakaway_torque"
+//!     factor = true
+//!     range = [0.7, 1.3]
+//!     points = 7
+//! "#;
+//! assert_eq!(read_text(study, None)?.cases(), 7);
+//! # Ok::<(), stickslip_base::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod axis;
