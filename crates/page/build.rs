@@ -60,18 +60,18 @@ fn build(web: &Path, built: &Path) -> Result<PathBuf, Missing> {
         return Err(missing(format!("Node {} is too old: {node}", version.trim())));
     }
     if !web.join("package-lock.json").exists() {
-        return Err(missing("the folder web/ is missing beside crates/".into()));
+        return Err(missing("the folder web/ is missing next to crates/".into()));
     }
     // Simultaneous builds, by cargo and by an editor, run one after the other.
-    let _lock = lock(web).map_err(|error| missing(format!("its lock cannot be taken ({error})")))?;
+    let _lock = lock(web).map_err(|error| missing(format!("the build cannot be locked ({error})")))?;
     install(web).map_err(|error| missing(format!("its libraries could not be downloaded: {error}")))?;
     let _ = fs::remove_dir_all(built);
     // An error in the page itself is an error of the build.
-    let ran = npm().args(["run", "build"]).current_dir(web).env("STICKSLIP_PAGE_OUT", built).output();
-    match ran {
-        Ok(ran) if ran.status.success() => Ok(built.to_owned()),
-        Ok(ran) => {
-            let output = [ran.stdout, ran.stderr].concat();
+    let output = npm().args(["run", "build"]).current_dir(web).env("STICKSLIP_PAGE_OUT", built).output();
+    match output {
+        Ok(output) if output.status.success() => Ok(built.to_owned()),
+        Ok(output) => {
+            let output = [output.stdout, output.stderr].concat();
             panic!("`npm run build` failed in {}:\n{}", web.display(), String::from_utf8_lossy(&output))
         }
         Err(error) => Err(missing(format!("npm does not start ({error}): {node}"))),
@@ -96,9 +96,9 @@ fn install(web: &Path) -> Result<(), String> {
     }
     let mut command = npm();
     command.args(["ci", "--no-audit", "--no-fund"]).current_dir(web);
-    let ran = command.output().map_err(|error| format!("npm does not start ({error})"))?;
-    if !ran.status.success() {
-        return Err(format!("`npm ci` failed: {}", String::from_utf8_lossy(&ran.stderr).trim()));
+    let output = command.output().map_err(|error| format!("npm does not start ({error})"))?;
+    if !output.status.success() {
+        return Err(format!("`npm ci` failed: {}", String::from_utf8_lossy(&output.stderr).trim()));
     }
     fs::write(stamp, lock).map_err(|error| error.to_string())
 }
@@ -108,8 +108,8 @@ fn npm() -> Command {
 }
 
 fn output(program: &str, folder: &Path, arguments: &[&str]) -> io::Result<String> {
-    let ran = Command::new(program).args(arguments).current_dir(folder).output()?;
-    Ok(String::from_utf8_lossy(&ran.stdout).into_owned())
+    let output = Command::new(program).args(arguments).current_dir(folder).output()?;
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 /// The files as a table in Rust.

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// A recording without a row.
+    /// A recording without rows.
     #[error("{}: no row of numbers. A recording is a header and one row per sample.", path.display())]
     EmptyRecording {
         /// The file.
         path: PathBuf,
     },
-    /// A row that differs from its header.
+    /// A row that does not match its header.
     #[error("{}:{line}: {fault}. Correct or remove the row.", path.display())]
     BadRow {
         /// The file.
@@ -36,7 +36,8 @@ pub enum RecordingError {
         text: String,
     },
     /// A column that the recording does not have.
-    #[error("{}: there is no column `{name}` among {}. Is it `{nearest}`? Name it in the machine file under [columns].", path.display(), columns.join(", "))]
+    #[error("{}: unknown column `{name}`. Columns: {}. Did you mean `{nearest}`? Set its name under [columns] in the \
+        machine file.", path.display(), columns.join(", "))]
     MissingColumn {
         /// The file.
         path: PathBuf,
@@ -48,7 +49,7 @@ pub enum RecordingError {
         nearest: String,
     },
     /// Time stamps that are not on an even grid.
-    #[error("{}:{line}: {fault}: a step of {step:.3e} s where the period is {period:.3e} s. {remedy}", path.display())]
+    #[error("{}:{line}: {fault}: step {step:.3e} s, period {period:.3e} s. {remedy}", path.display())]
     UnevenTime {
         /// The file.
         path: PathBuf,
@@ -76,16 +77,17 @@ pub enum RecordingError {
         remedy: String,
     },
     /// A row of a stream that is not after the previous one.
-    #[error("a row of cycle {cycle}{}: cycles increase, below 2^63. Start a new stream after a restart of the bench.",
-        last.map_or(String::new(), |last| format!(" after one of cycle {last}")))]
+    #[error("row of cycle {cycle}{}: cycles must increase and be below 2^63. Start a new stream after a restart of \
+        the bench.",
+        last.map_or(String::new(), |last| format!(" after cycle {last}")))]
     RowOrder {
         /// Cycle of the row.
         cycle: u64,
         /// Cycle of the previous row.
         last: Option<u64>,
     },
-    /// More memory than is allowed.
-    #[error("{what} would require {bytes} bytes; the limit is {limit} bytes. {remedy}")]
+    /// A memory requirement above its limit.
+    #[error("{what} requires {bytes} bytes; the limit is {limit} bytes. {remedy}")]
     TooMuchMemory {
         /// Name of the sink.
         what: &'static str,

@@ -5,7 +5,7 @@
 //! | text | comma, semicolon or tab; decimal point or comma; `#` comments; UTF-8, UTF-16 or Latin-1; may be gzipped | `x [mm]`, `x (mm)` or a row below the header |
 //! | MAT, level 5 | vectors and columns of matrices, compressed or not | none |
 //! | Parquet | flat columns of numbers, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
-//! | MDF 4 | numbers of the group that has most of them; see [`mdf`] | of channel or conversion |
+//! | MDF 4 | numbers of the group with the most signals; see [`mdf`] | of channel or conversion |
 //!
 //! ```
 //! use std::path::Path;
@@ -65,7 +65,7 @@ impl Column {
         Column { name: name.to_owned(), unit: None, values, fault }
     }
 
-    /// The same with a unit.
+    /// The column with this unit.
     pub fn with_unit(self, unit: Option<String>) -> Self {
         Column { unit, ..self }
     }
@@ -90,7 +90,7 @@ impl Recording {
         Self::parse(path, &inner)
     }
 
-    /// From the contents of a file, text, MAT or MDF.
+    /// Parses the contents of a text, MAT or MDF file.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -101,7 +101,7 @@ impl Recording {
         }
         if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
             return refuse(
-                "this is HDF5, as MATLAB writes with -v7.3",
+                "unsupported HDF5 file, as MATLAB writes with -v7.3",
                 "Save it again with save(…, '-v7'), or as CSV.",
             );
         }
@@ -111,17 +111,17 @@ impl Recording {
         text::read(path, bytes)
     }
 
-    /// From columns in memory; `name` is used in messages in place of a path.
+    /// A recording from columns in memory; messages use `name` as its path.
     ///
     /// # Panics
     /// If the columns differ in length.
     pub fn from_columns(name: &str, columns: Vec<Column>) -> Self {
         let rows = columns.first().map_or(0, |c| c.values.len());
-        assert!(columns.iter().all(|c| c.values.len() == rows), "columns of one recording have one length");
+        assert!(columns.iter().all(|c| c.values.len() == rows), "columns of a recording have equal lengths");
         Recording { path: name.into(), columns, lines: (2..rows as u64 + 2).collect() }
     }
 
-    /// From a table whose rows have numbers instead of lines.
+    /// A recording from a table whose rows have numbers instead of lines.
     fn from_table(path: &Path, columns: Vec<Column>) -> Result<Self, Error> {
         let rows = columns.first().map_or(0, |c| c.values.len());
         if rows == 0 {
@@ -130,7 +130,7 @@ impl Recording {
         Ok(Recording { path: path.to_owned(), columns, lines: (1..=rows as u64).collect() })
     }
 
-    /// Some of its rows.
+    /// The rows of a range.
     ///
     /// # Panics
     /// If the range ends beyond the last row.
@@ -172,7 +172,7 @@ impl Recording {
             .into());
         };
         if matches.next().is_some() {
-            return Err(self.doubtful(name, "exists twice", "Rename one of them."));
+            return Err(self.doubtful(name, "is not unique", "Rename one of them."));
         }
         if let Some((row, text)) = &column.fault {
             return Err(RecordingError::BadCell {

@@ -14,12 +14,12 @@ const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 /// Classes of full numeric arrays: double, single, and the integers.
 const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
-/// Largest unpacked variable.
+/// Largest size of an unpacked variable [bytes].
 const LARGEST: u64 = 1 << 31;
 
-/// Vectors, and columns of matrices as `NAME_1`, `NAME_2`, …; only those of the most frequent length.
+/// Reads vectors, and columns of matrices as `NAME_1`, `NAME_2`, …; only those of the most frequent length.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
-    let damaged = || unreadable(path, "the MAT file is damaged", "Save it again with save(…, '-v7').");
+    let damaged = || unreadable(path, "damaged MAT file", "Save it again with save(…, '-v7').");
     let swapped = match bytes.get(126..128) {
         Some(b"IM") => false,
         Some(b"MI") => true,

@@ -13,7 +13,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use super::{Column, Recording, unreadable};
 use stickslip_base::Error;
 
-/// Flat columns of numbers and time stamps; other columns are omitted. Empty cells are faults of their column.
+/// Reads flat columns of numbers and time stamps; other columns are omitted. Empty cells are faults of their column.
 pub(super) fn read(path: &Path) -> Result<Recording, Error> {
     let failed = |error: ParquetError| {
         let remedy = "Write it again, uncompressed or with Snappy.";
@@ -49,7 +49,7 @@ pub(super) fn read(path: &Path) -> Result<Recording, Error> {
         let name = description.name();
         let mut unit = units.get(name).cloned();
         if let Some(LogicalType::Timestamp(stamp)) = description.logical_type_ref() {
-            // Since the first stamp: absolute nanoseconds exceed the digits of a number.
+            // Relative to the first stamp: nanoseconds since 1970 exceed the precision of a number.
             let start = values[0];
             values.iter_mut().for_each(|v| *v -= start);
             let name = match stamp.unit {
@@ -64,7 +64,7 @@ pub(super) fn read(path: &Path) -> Result<Recording, Error> {
     Recording::from_table(path, columns)
 }
 
-/// By column: `unit.NAME` as our own writer, or a JSON object under `units`.
+/// Unit of each column: `unit.NAME`, as this program writes it, or a JSON object under `units`.
 fn units(file: &SerializedFileReader<File>) -> BTreeMap<String, String> {
     let metadata = file.metadata().file_metadata().key_value_metadata().map_or(&[][..], Vec::as_slice);
     let mut units = BTreeMap::new();
@@ -79,7 +79,7 @@ fn units(file: &SerializedFileReader<File>) -> BTreeMap<String, String> {
     units
 }
 
-/// All rows of a group; missing values become NaN.
+/// Reads all rows of a group; missing values become NaN.
 fn take<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     rows: usize,

@@ -37,7 +37,7 @@ fn encode(columns: &[Column], bytes: &mut Vec<u8>) -> std::io::Result<()> {
 pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> ParquetFile<W> {
-    /// For columns of these names and units.
+    /// Starts a file with columns of these names and units.
     pub fn new<'a>(out: W, columns: impl Iterator<Item = (&'a str, &'a str)> + Clone) -> std::io::Result<Self> {
         let field = |(name, _): (&str, &str)| {
             let field = Type::primitive_type_builder(name, Physical::DOUBLE);
@@ -53,7 +53,7 @@ impl<W: Write + Send> ParquetFile<W> {
         Ok(ParquetFile(SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?))
     }
 
-    /// A group of rows: all columns, equally long.
+    /// Writes a group of rows: all columns, of equal length.
     pub fn rows<'a>(&mut self, columns: impl Iterator<Item = &'a [f64]>) -> std::io::Result<()> {
         let mut group = self.0.next_row_group()?;
         for column in columns {

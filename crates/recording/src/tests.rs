@@ -112,9 +112,9 @@ fn windows_encodings_are_read_and_other_bytes_are_refused() {
 #[test]
 fn a_ragged_row_a_duplicate_name_and_an_empty_file_are_refused() {
     let error = message(parse("t,x\n0,1\n1\n"));
-    assert!(error.starts_with("axis.csv:3: 1 cells, the header has 2"), "{error}");
+    assert!(error.starts_with("axis.csv:3: cells in this row: 1, in the header: 2"), "{error}");
     let error = message(parse("t,x,x\n0,1,2\n").unwrap().column("x"));
-    assert!(error.contains("`x` exists twice"), "{error}");
+    assert!(error.contains("`x` is not unique"), "{error}");
     for text in ["", "t,x\n", "# nothing\n"] {
         assert!(
             matches!(
@@ -217,7 +217,7 @@ fn uneven_time_is_refused_at_its_line() {
     let repeated = with(|t| t[40] = t[39]);
     assert!(repeated.starts_with("axis.csv:42: time does not advance"), "{repeated}");
     let gap = with(|t| t[60..].iter_mut().for_each(|t| *t += 7e-3));
-    assert!(gap.starts_with("axis.csv:62: a gap"), "{gap}");
+    assert!(gap.starts_with("axis.csv:62: gap in time"), "{gap}");
     let jitter = with(|t| t[50] += 1e-4);
     assert!(jitter.starts_with("axis.csv:52: jitter") && jitter.contains("resample = true"), "{jitter}");
     assert!(matches!(recording.spacing(&even[..1]), Err(Error::TooFew { .. })));
@@ -228,6 +228,6 @@ fn the_committed_recording_is_even() {
     let recording = Recording::read(Path::new("../../data/emps/emps.csv.gz")).unwrap();
     assert_eq!(recording.rows(), 24_841);
     let spacing = recording.spacing(&recording.column("t").unwrap().values).unwrap();
-    // The time stamps carry the drift of their clock: 3e-8 s a step, see the README of the data.
+    // The time stamps contain the drift of their clock: 3e-8 s per step, see the README of the data.
     assert!((spacing.period - 1e-3).abs() < 1e-9, "{spacing:?}");
 }

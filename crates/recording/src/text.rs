@@ -8,7 +8,7 @@ use super::{Column, Recording, unreadable};
 use stickslip_base::Error;
 use stickslip_base::units::measure;
 
-/// Comma, semicolon or tab between the cells, the most frequent one in the header; `#` begins a comment.
+/// Reads a text. The delimiter is the most frequent one in the header: comma, semicolon or tab; `#` starts a comment.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     let text = decode(bytes).ok_or_else(|| {
         unreadable(
@@ -57,7 +57,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     Ok(Recording { path: path.to_owned(), columns, lines })
 }
 
-/// UTF-8, UTF-16 with its mark, or Latin-1, which has µ and ° as Windows has; `None` for other bytes.
+/// Decodes UTF-8, UTF-16 with a byte-order mark, or Latin-1, which has the µ and ° of Windows; `None` for other bytes.
 fn decode(bytes: &[u8]) -> Option<Cow<'_, str>> {
     let wide = |unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
@@ -97,7 +97,7 @@ fn name_and_unit(text: &str) -> Column {
 
 /// Whether a row below the header has units: no number in it, and at least one unit.
 fn is_units(row: &csv::StringRecord) -> bool {
-    // A share's unit, 1, is a number as well.
+    // The unit 1 of a ratio is also a number.
     let unit = |cell: &str| number(cell).is_none() && measure(cell).is_some();
     row.iter().any(unit) && row.iter().all(|cell| number(cell).is_none() || cell == "1")
 }
@@ -106,7 +106,7 @@ fn malformed(path: &Path, error: &csv::Error) -> Error {
     let line = error.position().map_or(0, csv::Position::line);
     let fault = match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            format!("{len} cells, the header has {expected_len}")
+            format!("cells in this row: {len}, in the header: {expected_len}")
         }
         _ => error.to_string(),
     };

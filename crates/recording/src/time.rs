@@ -15,7 +15,7 @@ pub struct Spacing {
     pub largest: f64,
 }
 
-/// Largest deviation of a time stamp as a share of the period; differences of noisy time are noise in speed.
+/// Largest deviation of a time stamp as a share of the period; jitter becomes noise of differentiated signals.
 const JITTER_LIMIT: f64 = 0.05;
 /// A longer step, in median steps, is a gap if samples are not interpolated …
 const GAP: f64 = 1.5;
@@ -23,7 +23,7 @@ const GAP: f64 = 1.5;
 const GAP_TO_RESAMPLE: f64 = 4.0;
 
 impl Recording {
-    /// Checks that time stamps [s] lie on an even grid.
+    /// Checks that time stamps [s] are on an even grid.
     ///
     /// # Errors
     /// Fewer than two rows, a step that is not positive, a gap, or jitter beyond 5 % of the period.
@@ -67,7 +67,7 @@ impl Recording {
             if step > gap * median {
                 let remedy = "Cut the recording there, or record without losses; if time stamps only jitter, write \
                 `resample = true` in the machine file.";
-                return Err(self.uneven(time, row, "a gap", period, remedy));
+                return Err(self.uneven(time, row, "gap in time", period, remedy));
             }
             largest = largest.max(step / median);
         }
@@ -81,8 +81,8 @@ impl Recording {
     }
 }
 
-/// Values at `time[0] + k·period`, as many as fit, by cubic Hermite pieces: through each sample, with the slope of the
-/// parabola through it and its neighbours. Exact for parabolas; it does not amplify noise.
+/// Values at `time[0] + k·period` up to the last time stamp, by cubic Hermite interpolation: through each sample, with
+/// the slope of the parabola through it and its neighbours. Exact for parabolas; it does not amplify noise.
 ///
 /// # Panics
 /// If the lengths differ or there are fewer than three samples; `time` must rise.
@@ -94,7 +94,7 @@ pub fn resample(time: &[f64], values: &[f64], period: f64) -> Vec<f64> {
         let inner = i.clamp(1, last - 1);
         let (before, behind) = (time[inner] - time[inner - 1], time[inner + 1] - time[inner]);
         let (left, right) = (secant(inner - 1), secant(inner));
-        // Slope of the parabola at the place itself; at the ends it is the neighbour's parabola.
+        // Slope of the parabola at the sample; at the ends it is the parabola of the neighbour.
         let bend = (right - left) / (before + behind);
         left + bend * (before + 2.0 * (time[i] - time[inner]))
     };
@@ -126,7 +126,7 @@ mod tests {
         let even = resample(&time, &time.iter().map(|t| curve(*t)).collect::<Vec<_>>(), 5e-3);
         assert!((198..=200).contains(&even.len()), "{}", even.len());
         for (k, value) in even.iter().enumerate() {
-            // The end parabolas are the neighbours', hence no difference there either; rounding remains.
+            // Exact at the ends, too, which use the parabolas of their neighbours; rounding remains.
             assert!((value - curve(time[0] + k as f64 * 5e-3)).abs() < 1e-12, "{k}");
         }
     }
@@ -148,6 +148,6 @@ mod tests {
         assert!((recording.order(&time).unwrap().largest - 3.4).abs() < 1e-9);
         time[50..].iter_mut().for_each(|t| *t += 10e-3);
         let error = recording.order(&time).unwrap_err().to_string();
-        assert!(error.starts_with("servo.csv:52: a gap"), "{error}");
+        assert!(error.starts_with("servo.csv:52: gap in time"), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! The virtual bench in eight vector lanes, in the widest vectors of the processor.
 //!
-//! One function in a package of its own: with all vectors it is the slowest to compile, and it is compiled once.
+//! This function is a package because it takes the longest to compile, for all vector widths: it is compiled once.
 
 use multiversion::multiversion;
 use multiversion::target::match_target;
@@ -8,15 +8,15 @@ use stickslip_core::fields::Fields as _;
 use stickslip_core::scalar::Lanes;
 use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
 
-/// Machines side by side: one vector of the widest registers.
+/// Number of lanes: one vector of the widest registers.
 pub const LANES: usize = 8;
 
-/// A number of each of them.
+/// A number in each lane.
 pub type Wide = Lanes<f64, LANES>;
 
 /// A tick of each bench, with the same bits as alone; see [`VirtualBench::tick_of`]. The width of the vectors is chosen
-/// at run time by what the processor has. x86 processors without AVX2 compute one lane after the other: vectors of two
-/// numbers save nothing, and their code takes longest to compile.
+/// at run time for the processor. x86 processors without AVX2 compute one lane after the other: vectors of two numbers
+/// save nothing, and their code takes longest to compile.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn tick(
     bench: &VirtualBench<Wide>,
@@ -46,14 +46,14 @@ pub fn lane_by_lane(
     for lane in 0..LANES {
         let of = |value: Wide| value.0[lane];
         let mut one = before.map(&mut { of });
-        let made = bench.map(&mut { of }).tick_of(steps, &mut one, input.map(&mut { of }), of(dt));
+        let result = bench.map(&mut { of }).tick_of(steps, &mut one, input.map(&mut { of }), of(dt));
         let mut put = |mut all: Wide, one: Wide| {
             all.0[lane] = one.0[lane];
             all
         };
         *state = state.merge(&one.map(&mut |value| Lanes([value; LANES])), &mut put);
-        let made = made.map(&mut |value| Lanes([value; LANES]));
-        output = Some(output.map_or(made, |all: TickOutput<Wide>| all.merge(&made, &mut put)));
+        let result = result.map(&mut |value| Lanes([value; LANES]));
+        output = Some(output.map_or(result, |all: TickOutput<Wide>| all.merge(&result, &mut put)));
     }
     output.expect("there are lanes")
 }

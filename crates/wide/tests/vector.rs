@@ -21,20 +21,20 @@ struct Mix {
     scalar: usize,
     /// Calls, without those that copy a struct.
     calls: Vec<String>,
-    /// Calls of memcpy and its like: structs of lanes, handed over by value, are large.
+    /// Calls of memcpy and similar functions: structs of lanes, passed by value, are large.
     copies: usize,
     instructions: usize,
 }
 
 impl Mix {
-    /// Packed among all arithmetic on doubles.
+    /// Share of packed arithmetic in all arithmetic on doubles.
     fn share(&self) -> f64 {
         self.packed as f64 / (self.packed + self.scalar).max(1) as f64
     }
 }
 
 fn output_of(tool: &str, arguments: &[&str]) -> String {
-    let executable = std::env::current_exe().expect("a running test knows its file");
+    let executable = std::env::current_exe().expect("a running test has a file");
     let out = Command::new(tool).args(arguments).arg(executable).output();
     let out = out.unwrap_or_else(|error| panic!("cannot start {tool} ({error}). Install it: apt-get install binutils"));
     assert!(out.status.success(), "{tool} failed: {}", String::from_utf8_lossy(&out.stderr));
@@ -59,7 +59,7 @@ fn mix(name: &str) -> Mix {
     let (start, stop) = (format!("{:#x}", number(0)), format!("{:#x}", number(0) + number(1)));
     let flags = ["-d", "--no-show-raw-insn", "--start-address", &start, "--stop-address", &stop];
     let mut out = Mix::default();
-    // What each register was last loaded with: a function that is called often is called through one.
+    // Last symbol loaded to each register: frequent functions are called through a register.
     let mut loaded = HashMap::new();
     for line in output_of("objdump", &flags).lines() {
         let Some(instruction) = line.split('\t').nth(1) else { continue };
@@ -108,8 +108,8 @@ fn a_tick_is_vector_instructions_with_few_calls() {
             mix.calls.len(),
             mix.copies
         );
-        assert!(mix.packed > 20, "{version}: nothing was found: {mix:?}");
-        // Rendering law, compensation and predictive control are out of line: one call a tick, and one where it begins.
+        assert!(mix.packed > 20, "{version}: no vector code: {mix:?}");
+        // Rendering law, compensation and predictive control are out of line: one call per tick, and one at its start.
         assert!(mix.calls.len() <= 4, "{version} calls: {mix:?}");
         assert!(mix.share() > 0.95, "{version}: {mix:?}");
     }
@@ -159,7 +159,7 @@ fn numbers<T: Scalar>(value: &impl Fields<T>) -> Vec<T> {
     out
 }
 
-/// A struct of lanes from one struct a lane.
+/// A struct of lanes from one struct per lane.
 fn side_by_side<V: Fields<f64>, const N: usize>(lanes: [V; N]) -> V::With<Lanes<f64, N>> {
     let rows = lanes.map(|lane| numbers(&lane));
     let mut field = 0;
@@ -181,7 +181,7 @@ fn alone(lane: usize) -> Vec<u64> {
     out
 }
 
-/// The vectors of this processor, and those of one that has none of them.
+/// With the vectors of this processor, and without vectors.
 #[test]
 fn lanes_have_the_bits_of_f64() {
     let alone: [Vec<u64>; LANES] = std::array::from_fn(alone);

@@ -4,11 +4,11 @@ use super::support::bench::{STEPS, TICK, bench};
 use super::support::bits_agree;
 use stickslip_codegen::c;
 
-/// With the virtual machine in it: nothing takes a compiler longer, and what is within need not be done twice. The
-/// slopes of the parts are compared in `agree.rs`.
+/// Includes the virtual machine, which takes the longest to compile and is therefore not tested separately. The slopes of
+/// the parts are compared in `agree.rs`.
 #[test]
 fn the_whole_bench_agrees() {
-    // Not optimised, each of its values in 32 lanes has a place of its own.
+    // Without optimisation each of its values in 32 lanes has a separate place on the stack.
     let roomy = std::thread::Builder::new().stack_size(256 << 20);
     let agrees = roomy.spawn(|| bits_agree(bench(), TICK)).expect("memory for a stack");
     agrees.join().expect("the bits agree");

@@ -1,4 +1,4 @@
-//! One program of tests, linked once; see the crate.
+//! A single test program, which is linked once; see the crate.
 #![allow(unreachable_pub, reason = "a test has no users")]
 
 mod agree;

@@ -97,7 +97,7 @@ fn names_with_units_behind_them_and_words_of_other_languages_are_understood() {
 fn an_invalid_answer_is_refused_and_the_question_stays() {
     let recording = emps();
     for (about, answer, remedy) in [
-        ("Column of time", "tt", "Is it `t`?"),
+        ("Column of time", "tt", "Did you mean `t`?"),
         ("Unit of position", "V", "m, mm"),
         ("Does it move", "sideways", "linear or rotary"),
         ("Force or torque", "35", "\"1 N/V\""),

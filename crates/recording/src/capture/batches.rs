@@ -46,10 +46,10 @@ pub struct Batches {
     signals: Vec<usize>,
     /// Oldest first; the last one grows.
     batches: VecDeque<Batch>,
-    /// Rows in them, and their largest number.
+    /// Number of waiting rows, and its limit `room`.
     rows: usize,
     room: usize,
-    /// Rows of a batch.
+    /// Largest number of rows of a batch.
     longest: usize,
     account: Account,
 }
@@ -66,7 +66,7 @@ impl Batches {
                 return Err(Error::TooFew { what, found, needed: 1, remedy });
             }
         }
-        // With few rows, one more batch is the growing one.
+        // Short batches: the batch that is being filled is in addition to `room`.
         let longest = LONGEST.min(room.div_ceil(8));
         // A buffer that grows by doubling has space for twice its largest content.
         let bytes = 2 * (room + longest) as u128 * (signals.len() * size_of::<f64>()) as u128;

@@ -33,7 +33,7 @@ pub struct Point {
 pub struct Envelope {
     signals: Vec<usize>,
     ticks: u64,
-    /// The current window; `None` before the first row.
+    /// The current window; empty before its first row.
     window: Point,
     points: VecDeque<Point>,
     /// Largest number of waiting points.

@@ -1,11 +1,11 @@
 //! Views of a running bench: captures with a trigger and a history before it, live streams that keep every spike, and a
 //! history with zoom, each with an exact account of every cycle.
 //!
-//! One [`Stream`] takes the rows, one a tick: the cycle's number and all signals. It passes them to any number of
+//! A [`Stream`] receives one row per tick: the number of the cycle and all signals. It passes them to any number of
 //! sinks, which are added and removed while it runs: a [`Capture`] stores the rows around a [`Trigger`], an
 //! [`Envelope`] reduces a live stream to minimum, maximum and last value of a number of ticks, [`Batches`] provide
-//! every row, a [`Pyramid`] returns any span of its history with at most as many points as a screen has. All are plain
-//! data: no thread, no clock, the same rows give the same result. Use them on an ordinary thread, after the ring of the
+//! every row, a [`Pyramid`] returns any span of its history with a limited number of points. All are plain data: no
+//! thread, no clock, the same rows give the same result. Use them on an ordinary thread, after the ring of the
 //! real-time loop.
 //!
 //! A cycle without a row is lost: the ring was full, or the tick was missed. Each sink counts it with its place. At any

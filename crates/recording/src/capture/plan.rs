@@ -9,7 +9,7 @@ use stickslip_base::Error;
 pub struct Plan {
     /// Signals by index, in the order of the columns.
     pub signals: Vec<usize>,
-    /// Decimation: one of this number of ticks is stored, at least 1; counted from the trigger, whose tick is always
+    /// Decimation, at least 1: one of `decimation` ticks is stored, counted from the trigger, whose own tick is always
     /// stored.
     pub decimation: u64,
     /// Ticks before the trigger.
@@ -23,9 +23,9 @@ pub struct Plan {
 /// The segments that a capture keeps, at least 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// A number of first segments, then it is complete: 1 is a single shot.
+    /// This number of segments; the capture is then complete. 1 is a single shot.
     First(usize),
-    /// It continues; a number of latest segments that were not taken.
+    /// The latest segments that have not been taken, up to this number; the capture continues.
     Latest(usize),
 }
 

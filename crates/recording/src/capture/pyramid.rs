@@ -1,4 +1,4 @@
-//! A history with zoom: extremes over 2, 4, 8 … ticks.
+//! A history with zoom: samples, and extremes over 8, 16, 32 … ticks.
 //!
 //! It stores the samples, and the extremes of each block of 2^k ticks that begins at a multiple of 2^k, for k ≥ 3; for
 //! smaller blocks the samples are as fast. A span is composed of the smallest number of complete blocks, at most two of

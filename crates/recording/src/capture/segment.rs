@@ -72,7 +72,7 @@ impl Segment {
         keeps
     }
 
-    /// All cycles before this one were added or are lost.
+    /// Enters the missing cycles before this one as a gap.
     pub(super) fn expect(&mut self, cycle: u64) {
         if cycle > self.next {
             self.gaps.push(Gap { cycle: self.next, lost: cycle - self.next });

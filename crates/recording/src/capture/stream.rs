@@ -118,7 +118,7 @@ impl Stream {
     pub fn push(&mut self, cycle: u64, values: &[f64]) -> Result<(), Error> {
         if values.len() != self.width {
             let remedy = "All rows of a stream have the same signals; start a new stream for others.";
-            return Err(Error::Dimension { what: "a row", found: values.len(), expected: self.width, remedy });
+            return Err(Error::Dimension { what: "row", found: values.len(), expected: self.width, remedy });
         }
         if cycle >= END_OF_CYCLES || self.last.is_some_and(|last| cycle <= last) {
             return Err(RecordingError::RowOrder { cycle, last: self.last }.into());
@@ -139,7 +139,7 @@ impl Stream {
     pub fn add<S: Sink>(&mut self, sink: S) -> Result<Tap<S>, Error> {
         if sink.width() > self.width {
             let remedy = "Choose signals that the rows have; the first one has the index 0.";
-            return Err(Error::Dimension { what: "a row", found: self.width, expected: sink.width(), remedy });
+            return Err(Error::Dimension { what: "row", found: self.width, expected: sink.width(), remedy });
         }
         let number = self.added;
         self.added += 1;

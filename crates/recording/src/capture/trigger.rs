@@ -20,16 +20,16 @@ use std::fmt;
 /// | `S falls through X` | is X or less, and was more than X + hysteresis since the last event |
 /// | `S crosses X` | either of the two |
 /// | `S enters A..B` | is in the band A … B, and was out of it by more than the hysteresis since the last event |
-/// | `S leaves A..B` | is outside the band, and was in it, off its ends by the hysteresis or more, since the last event |
+/// | `S leaves A..B` | is outside the band, and was in it, at least the hysteresis from its ends, since the last event |
 /// | `S is N` | has the value N, a whole number |
-/// | `S becomes N` | has the value N, and had another one before |
-/// | `S changes` | has another value than before |
+/// | `S becomes N` | has the value N, and had a different value before |
+/// | `S changes` | has a different value than before |
 ///
-/// Options follow after commas, in any order: `hysteresis H` (0) in the signal's unit; `delay T` (0), number of ticks
-/// from the event to the trigger; `hold-off T` (0), number of ticks after an event in which events are ignored; `auto
-/// T` (never), number of ticks without an event after which the trigger occurs automatically. A name with a space, a
-/// comma or a quote is in double quotes, and a quote in it is doubled. All numbers are in the signal's SI unit, without
-/// a unit; times in ticks.
+/// Options follow after commas, in any order: `hysteresis H` (default: 0) in the signal's unit; `delay T` (default: 0),
+/// number of ticks from the event to the trigger; `hold-off T` (default: 0), number of ticks after an event in which
+/// events are ignored; `auto T` (default: off), number of ticks without an event after which the trigger occurs
+/// automatically. A name with a space, a comma or a quote is in double quotes, and a quote in it is doubled. All
+/// numbers are in the signal's SI unit, without a unit; times in ticks.
 ///
 /// NaN is ignored: it is not an event, and the state before it is kept. A signal that was below the level, then NaN,
 /// and is now above the level has risen through it. The same holds for lost rows: the event is detected at the first
@@ -91,7 +91,7 @@ pub enum Test {
     Is(i32),
     /// Changes to a value.
     Becomes(i32),
-    /// Has another value than before.
+    /// Changes its value.
     Changes,
 }
 
@@ -167,7 +167,7 @@ impl fmt::Display for Test {
     }
 }
 
-/// Shortest text of the same bits.
+/// Shortest text that reads back to the same bits.
 fn number(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").map_or_else(|| text.clone(), String::from)

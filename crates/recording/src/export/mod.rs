@@ -26,7 +26,7 @@ pub struct Part {
     pub from: f64,
     /// End of the part [s], exclusive.
     pub until: f64,
-    /// One of this number of rows.
+    /// Decimation: one of `every` rows is exported.
     pub every: u64,
 }
 
@@ -54,14 +54,14 @@ trait Sink {
     fn finish(self: Box<Self>) -> io::Result<()>;
 }
 
-/// Kinds of files by the ends of their names.
+/// Kinds of files by the extensions of their names.
 pub const KINDS: [&str; 4] = ["csv", "parquet", "mat", "mcap"];
 /// Name of the master channel.
 const TIME: &str = "time";
 /// Rows between two checks for cancellation.
 const LOOK: u64 = 16_384;
 
-/// Checks that the ending of a file's name is a known kind.
+/// Checks that the extension of a file name is a known kind.
 ///
 /// # Errors
 /// [`Error::Unknown`] with the known kinds.
@@ -70,14 +70,14 @@ pub fn known(kind: &str) -> Result<(), Error> {
 }
 
 fn unknown(name: String) -> Error {
-    let remedy = format!("Its name must end with one of: {}.", KINDS.map(|kind| format!(".{kind}")).join(", "));
+    let remedy = format!("Valid extensions: {}.", KINDS.map(|kind| format!(".{kind}")).join(", "));
     Error::Unknown { what: "kind of file", name, remedy }
 }
 
-/// Exports a part of the run in the MDF file `from`; the ending of `to` selects the kind of file.
+/// Exports a part of the run in the MDF file `from`; the extension of `to` selects the kind of file.
 ///
 /// # Errors
-/// A file that cannot be read or written, or is of no known kind; an unknown signal; [`Error::Cancelled`].
+/// A file that cannot be read or written, or is of an unknown kind; an unknown signal; [`Error::Cancelled`].
 pub fn export(from: &Path, to: &Path, part: &Part, watch: &Watch) -> Result<Exported, Error> {
     let kind = to.extension().and_then(|kind| kind.to_str()).unwrap_or_default().to_ascii_lowercase();
     if known(&kind).is_err() {
@@ -143,7 +143,7 @@ fn columns<'a>(file: &'a Opened, path: &Path, signals: &[String]) -> Result<Vec<
     let known: Vec<&Channel> = file.channels().collect();
     let find = |name: &str| known.iter().find(|channel| channel.name == name).copied();
     let time = find(TIME)
-        .ok_or_else(|| unreadable(path, "it has no channel `time`", "Use the run.mf4 of a stickslip command."))?;
+        .ok_or_else(|| unreadable(path, "missing channel `time`", "Use the run.mf4 of a stickslip command."))?;
     let others = if signals.is_empty() {
         known.iter().filter(|channel| channel.name != TIME).copied().collect()
     } else {
@@ -153,7 +153,7 @@ fn columns<'a>(file: &'a Opened, path: &Path, signals: &[String]) -> Result<Vec<
                 name: name.clone(),
                 remedy: match nearest(name, known.iter().map(|channel| channel.name.as_str())) {
                     Some(nearest) => format!("Did you mean {nearest}?"),
-                    None => format!("There are: {}.", known.iter().map(|c| &*c.name).collect::<Vec<_>>().join(", ")),
+                    None => format!("Signals: {}.", known.iter().map(|c| &*c.name).collect::<Vec<_>>().join(", ")),
                 },
             })
         };

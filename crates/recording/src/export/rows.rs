@@ -7,10 +7,10 @@ use crate::mdf::Channel;
 use crate::table::ParquetFile;
 use stickslip_base::parameters::number::text;
 
-/// Rows of a group of a Parquet file.
+/// Rows per group of a Parquet file.
 const GROUP: usize = 1 << 16;
 
-/// Numbers read back to their bits.
+/// A CSV file; its numbers read back bit-identically.
 pub(super) struct Csv<'a> {
     out: Out<'a>,
 }
@@ -36,7 +36,7 @@ impl Sink for Csv<'_> {
     }
 }
 
-/// Units as metadata, as in all tables of the program.
+/// A Parquet file, with units as metadata as in all tables of the program.
 pub(super) struct Parquet<'a> {
     file: ParquetFile<Out<'a>>,
     columns: Vec<Vec<f64>>,

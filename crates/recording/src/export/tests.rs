@@ -7,7 +7,7 @@ use crate::mdf::{Header, Writer};
 
 const ROWS: u64 = 70_000;
 
-/// More rows than a group of a Parquet file has; each number has all its bits.
+/// A run with more rows than a group of a Parquet file.
 fn run(folder: &Path) -> std::path::PathBuf {
     let path = folder.join("run.mf4");
     let header = Header {
@@ -40,7 +40,7 @@ fn exported(kind: &str, part: &Part) -> (Exported, tempfile::TempDir, std::path:
 }
 
 #[test]
-fn exported_files_read_back_to_the_bit() {
+fn exported_files_read_back_bit_identically() {
     for (kind, names) in [
         ("csv", ["software.Ω", "torque", "units"]),
         ("parquet", ["software.Ω", "torque", "units"]),
@@ -70,7 +70,7 @@ fn exported_files_read_back_to_the_bit() {
 }
 
 #[test]
-fn an_mcap_has_a_message_a_row_with_its_time_and_units() {
+fn an_mcap_has_one_message_per_row_with_time_and_units() {
     let part = Part { from: 0.004, until: 0.007, ..Part::default() };
     let (some, _folder, path) = exported("mcap", &part);
     assert_eq!(some.rows, 3);

@@ -10,7 +10,7 @@ pub(super) const UNFINISHED: &[u8; 8] = b"UnFinMF ";
 pub(super) const OURS: &[u8; 16] = b"4.10    stckslip";
 /// Place of the flags of an unfinalised file, two bytes.
 pub(super) const FLAGS: u64 = 60;
-/// "The number of cycles is still to be counted": the links are always right.
+/// Flag "number of cycles not yet counted"; the links are always valid.
 pub(super) const UNCOUNTED: u16 = 1;
 /// Length of the identification; the header follows.
 pub(super) const IDENTIFICATION: u64 = 64;
@@ -46,7 +46,7 @@ impl Blocks {
         Blocks { start, bytes: Vec::new() }
     }
 
-    /// The same memory for blocks elsewhere.
+    /// Reuses the memory for blocks at another address.
     pub(super) fn restart(&mut self, start: u64) {
         self.start = start;
         self.bytes.clear();
@@ -70,7 +70,7 @@ impl Blocks {
         address
     }
 
-    /// Appends a text, with `MD` an XML one; returns 0, a missing link, for an empty one.
+    /// Appends a text, with `MD` an XML text; returns its address, or 0 (no link) for an empty text.
     pub(super) fn text(&mut self, name: &[u8; 2], text: &str) -> u64 {
         if text.is_empty() {
             return 0;
@@ -116,7 +116,7 @@ impl<'a> Block<'a> {
         })
     }
 
-    /// The same, of a given name.
+    /// The block at an address, of a required name.
     pub(super) fn named(file: &'a [u8], address: u64, name: &[u8; 2]) -> Result<Self, Fault> {
         let block = Self::at(file, address)?;
         let text = |name: &[u8]| String::from_utf8_lossy(name).into_owned();
@@ -167,7 +167,7 @@ impl<'a> Block<'a> {
 
 /// The fault of an inconsistent file.
 pub(super) fn damaged(fault: &str) -> Fault {
-    Fault::new(fault, "The file is damaged: copy it again, or export it once more.")
+    Fault::new(fault, "The file is damaged: copy it again, or export it again.")
 }
 
 /// Some bytes at a place, if they exist.

@@ -76,12 +76,12 @@ impl Layout {
                     _ => (1..=64).contains(&bits),
                 };
                 if !size || shift > 7 {
-                    let fault = format!("a channel has numbers of {bits} bits, from bit {shift} on");
+                    let fault = format!("unsupported channel with numbers of {bits} bits, from bit {shift} on");
                     return Err(Fault::new(fault, "Export it with numbers of at most 64 bits, floats of 32 or 64."));
                 }
                 let bytes = (shift + bits).div_ceil(8) as usize;
                 if start.checked_add(bytes).is_none_or(|end| end > length) {
-                    return Err(damaged(&format!("a channel at byte {start} is outside its record of {length}")));
+                    return Err(damaged(&format!("a channel at byte {start} is outside its record of {length} bytes")));
                 }
                 Source::Field(Field { start, bytes, shift, bits, big_endian, kind })
             }
@@ -138,7 +138,7 @@ impl Field {
 }
 
 impl Conversion {
-    /// `None` if it converts numbers to texts.
+    /// The conversion of a block; `None` if it converts numbers to texts.
     fn of(block: Block) -> Result<Option<Self>, Fault> {
         let parameter = |index: usize| block.float(24 + 8 * index);
         Ok(Some(match block.byte(0)? {

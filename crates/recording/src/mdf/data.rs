@@ -78,7 +78,7 @@ fn append(block: Block, bytes: &mut Vec<u8>, budget: &mut Budget) -> Result<(), 
         b"DT" => bytes.extend(block.data),
         b"DZ" => unzip(block, bytes)?,
         name => {
-            let fault = format!("its records are in blocks of the kind {}", String::from_utf8_lossy(name));
+            let fault = format!("unsupported records in blocks of the kind {}", String::from_utf8_lossy(name));
             return Err(Fault::new(fault, "Save it as MDF 4.10, rows sorted: with asammdf, MDF(…).save(…)."));
         }
     }
@@ -88,7 +88,7 @@ fn append(block: Block, bytes: &mut Vec<u8>, budget: &mut Budget) -> Result<(), 
 fn unzip(block: Block, bytes: &mut Vec<u8>) -> Result<(), Fault> {
     let (kind, columns) = (block.byte(2)?, block.word(4)? as usize);
     if kind > 1 {
-        let fault = format!("its rows are compressed by method {kind}");
+        let fault = format!("rows with unsupported compression method {kind}");
         return Err(Fault::new(fault, "Save it with deflate: with asammdf, MDF(…).save(…, compression=2)."));
     }
     let zipped = block.data.get((ZIPPED - HEAD) as usize..).unwrap_or_default();
@@ -113,7 +113,7 @@ fn unzip(block: Block, bytes: &mut Vec<u8>) -> Result<(), Fault> {
 /// Deflate over the transposed rows: all first bytes, all second bytes, …
 pub(super) const TRANSPOSED: u8 = 1;
 
-/// Rows of a length as columns.
+/// Transposes rows of a length to columns.
 pub(super) fn transpose(rows: &[u8], length: usize, columns: &mut Vec<u8>) {
     columns.clear();
     for byte in 0..length {
@@ -136,7 +136,7 @@ pub(super) fn deflate(deflate: &mut Compress, plain: &[u8], zipped: &mut Vec<u8>
     }
 }
 
-/// The first `length` of the bytes, decompressed; they must give `size` bytes, which is the largest allocation.
+/// Decompresses the first `length` bytes. The result must have `size` bytes; no more memory is used.
 pub(super) fn inflate(bytes: &[u8], length: u64, size: u64) -> Result<Vec<u8>, Fault> {
     let wrong = || damaged("a compressed block has a wrong length or checksum");
     let zipped = usize::try_from(length).ok().and_then(|length| bytes.get(..length)).ok_or_else(wrong)?;

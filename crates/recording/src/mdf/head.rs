@@ -36,12 +36,12 @@ fn channels_of_a_row(blocks: &mut Blocks, channels: &[Channel]) -> u64 {
     const COUNTER: [u8; 4] = [0, 0, 0, 0];
     const VALUE: [u8; 4] = [0, 0, 4, 0];
     const BITS: u32 = 64;
-    let own = |name: &str, unit: &str, comment: &str| Channel {
+    let new_channel = |name: &str, unit: &str, comment: &str| Channel {
         name: name.into(),
         unit: unit.into(),
         comment: comment.into(),
     };
-    let (time, cycle) = (own("time", "s", "since the start"), own("cycle", "", "number of the tick"));
+    let (time, cycle) = (new_channel("time", "s", "since the start"), new_channel("cycle", "", "number of the tick"));
     let all = [(TIME, &time), (COUNTER, &cycle)].into_iter().chain(channels.iter().map(|channel| (VALUE, channel)));
     let mut next = 0;
     // From the last to the first: each needs the address of the next.
@@ -54,7 +54,7 @@ fn channels_of_a_row(blocks: &mut Blocks, channels: &[Channel]) -> u64 {
     next
 }
 
-/// Since 1970, UTC [ns]; 0 for earlier times.
+/// Time since 1970, UTC [ns]; 0 for earlier times.
 fn nanoseconds(time: SystemTime) -> u64 {
     time.duration_since(UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(u64::MAX))
 }
@@ -79,7 +79,8 @@ fn comment(header: &Header) -> String {
 
 const NAMESPACE: &str = "http://www.asam.net/mdf/v4";
 
-/// Without the control characters that XML cannot represent; line ends as references, which readers do not change.
+/// Text for XML, without the control characters that XML cannot represent; line ends as references, which readers do not
+/// change.
 fn xml(text: &str) -> String {
     let printable =
         |letter: char| letter >= ' ' && !matches!(letter, '\u{fffe}' | '\u{ffff}') || "\t\n\r".contains(letter);

@@ -13,8 +13,8 @@
 //! ```
 //!
 //! The [`Writer`] only appends: new blocks are written completely at the end, then one link (8 bytes) is set to them.
-//! Until [`Writer::finish`] the file is marked as unfinalised. [`recover`] requires no later link: it reads the file
-//! from block to block, keeps complete blocks (rows have a checksum) and sets all links again.
+//! Until [`Writer::finish`] the file is marked as unfinalised. [`recover`] does not use links that were set later: it
+//! reads the file block by block, keeps complete blocks (rows have a checksum) and sets all links again.
 //!
 //! From files of other programs [`read`] accepts rows of fixed length: sorted, compressed or not, numbers of any width
 //! and byte order, conversions that are linear or a quotient of polynomials. Texts and arrays are omitted.
@@ -52,16 +52,16 @@ pub struct Header {
     pub version: String,
     /// Comment.
     pub comment: String,
-    /// Names and values.
+    /// Properties: names and values.
     pub properties: Vec<(String, String)>,
 }
 
 /// A signal, without its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Unique in its recording.
+    /// Name, unique in its recording.
     pub name: String,
-    /// Empty if there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     /// Comment.
     pub comment: String,
@@ -246,7 +246,7 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MDF  ") || bytes.starts_with(block::UNFINISHED)
 }
 
-/// The group that has most signals, as columns.
+/// The group with the most signals, as columns.
 pub(super) fn table(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     let contents = reader::contents(bytes).map_err(|fault| fault.of(path))?;
     let size = |group: &Group| (group.signals.len(), group.signals.first().map_or(0, |s| s.values.len()));

@@ -33,7 +33,7 @@ pub fn recover(path: &Path) -> Result<Summary, Error> {
     Ok(Summary { rows: repair.rows, bytes, discarded: repair.discarded })
 }
 
-/// The same in memory.
+/// Recovers the contents of a file in memory.
 pub(super) fn repaired(bytes: &[u8]) -> Result<Vec<u8>, Fault> {
     let unread = |error: io::Error| damaged(&error.to_string());
     let length = bytes.len() as u64;
@@ -92,7 +92,7 @@ impl Chain {
         self.place = link_place(block, 0);
     }
 
-    /// The last one has no next.
+    /// Ends the chain: the last block has no next.
     fn end(mut self) -> Vec<(u64, u64)> {
         self.patches.push((self.place, 0));
         self.patches
@@ -102,10 +102,10 @@ impl Chain {
 /// Reads the blocks in the order of writing, up to the first incomplete one, and ignores links that were set later.
 fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair, Fault>> {
     let Some(identification) = read::<{ IDENTIFICATION as usize }>(file, 0, length)? else {
-        return Ok(Err(damaged("it ends within its first block")));
+        return Ok(Err(damaged("the file ends within its first block")));
     };
     if identification[8..24] != *OURS {
-        let fault = "another program started it, and only that program can finish it";
+        let fault = "unfinished file of another program";
         return Ok(Err(Fault::new(fault, "Open it with that program, or with asammdf, and save it again.")));
     }
     let mut group = None;
@@ -117,7 +117,7 @@ fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair,
     let mut end = 0;
     let mut at = IDENTIFICATION;
     while let Some(block) = head(file, at, length)? {
-        // A data list and its data are one.
+        // A data list and its data count as one block.
         let mut whole = block.length;
         match &block.name {
             b"HD" | b"FH" | b"MD" | b"TX" | b"CN" => {}
@@ -152,7 +152,7 @@ fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair,
         }
     }
     let (Some(group), Some(data)) = (group, data) else {
-        let fault = format!("it ends after {length} bytes, before the first row");
+        let fault = format!("the file ends after {length} bytes, before the first row");
         return Ok(Err(Fault::new(fault, "It has no data: delete it.")));
     };
     let rows = recovered / row.max(1);
@@ -181,7 +181,7 @@ struct Rows {
     plain: u64,
     /// Length of the block.
     length: u64,
-    /// Whether the checksum is right.
+    /// Whether the checksum is correct.
     sound: bool,
 }
 
@@ -202,7 +202,7 @@ fn rows(file: &mut (impl Read + Seek), list: u64, end: u64, row: u64, before: u6
         return Ok(None);
     }
     file.seek(SeekFrom::Start(at + ZIPPED))?;
-    // To its very end, where the checksum is.
+    // Up to the end, where the checksum is.
     let mut unzipped = ZlibDecoder::new(file.take(zipped)).take(plain.saturating_add(1));
     let sound = match io::copy(&mut unzipped, &mut io::sink()) {
         Ok(length) => length == plain,

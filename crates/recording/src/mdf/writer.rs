@@ -17,7 +17,7 @@ const BLOCK_TIME: f64 = 0.1;
 /// Largest size of the rows of a block before compression [bytes]; other programs read blocks up to 4 MB.
 const BLOCK_SIZE: usize = 1 << 20;
 
-/// A growing recording.
+/// The writer of a recording.
 ///
 /// Rows are collected, and written as one compressed block when they span 0.1 s, when they fill a megabyte, or on
 /// [`flush`](Self::flush); call it every 100 ms if the stream may pause. The memory does not grow with the recording.
@@ -77,7 +77,7 @@ impl Writer {
         Self::on(path, Box::new(file), header, channels, tick_time)
     }
 
-    /// The same on any storage; `path` is for messages.
+    /// Starts a recording on any storage; messages use `path`.
     pub(super) fn on(
         path: &Path,
         file: Box<dyn Storage>,
@@ -86,15 +86,15 @@ impl Writer {
         tick_time: f64,
     ) -> Result<Self, Error> {
         if !(tick_time > 0.0 && tick_time.is_finite()) {
-            let fault = format!("its rows would be {tick_time} s apart");
-            return Err(unreadable(path, &fault, "Record with a period above 0 s."));
+            let fault = format!("invalid tick time of {tick_time} s");
+            return Err(unreadable(path, &fault, "It must be above 0 s."));
         }
         // Channels without a name or with equal names would be ambiguous.
         let mut names: Vec<_> = channels.iter().map(|c| c.name.as_str()).chain(["", "time", "cycle"]).collect();
         names.sort_unstable();
-        if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            let fault = format!("there would be two channels `{}`, or one without a name", twice[0]);
-            return Err(unreadable(path, &fault, "Rename one; `time` and `cycle` are reserved."));
+        if let Some(duplicate) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+            let fault = format!("channel name `{}` is empty or not unique", duplicate[0]);
+            return Err(unreadable(path, &fault, "Rename the channel; `time` and `cycle` are reserved."));
         }
         let (head, group, data) = head(header, channels);
         let mut writer = Writer {
@@ -121,7 +121,7 @@ impl Writer {
         Ok(writer)
     }
 
-    /// Takes one row: all channels in a cycle.
+    /// Adds one row: all channels of a cycle.
     ///
     /// # Errors
     /// A cycle that is not after the last one; a block that cannot be written. The row is then not recorded, and the
@@ -130,9 +130,9 @@ impl Writer {
     /// # Panics
     /// If the numbers of values and channels differ.
     pub fn row(&mut self, cycle: u64, values: &[f64]) -> Result<(), Error> {
-        assert_eq!(values.len(), self.width, "one value a channel");
+        assert_eq!(values.len(), self.width, "one value per channel");
         if let Some(last) = self.last.filter(|last| cycle <= *last) {
-            let fault = format!("cycle {cycle} cannot be recorded after cycle {last}");
+            let fault = format!("cycle {cycle} is not after cycle {last}");
             return Err(unreadable(&self.path, &fault, "Record each cycle once, in order."));
         }
         let row = self.row_length();
@@ -194,7 +194,7 @@ impl Writer {
         let name = self.blocks.text(b"TX", &event.name);
         let comment = self.blocks.text(b"TX", &event.comment);
         let kind = [MARKER, AT_A_TIME, POINT, event.cause as u8, 0, 0, 0, 0];
-        // Time is base by factor: cycle and time in one, and the bits of the channel `time`.
+        // Time is base times factor: cycle and time in one, with the bits of the channel `time`.
         let time = [event.cycle.to_le_bytes(), self.tick_time.to_le_bytes()].concat();
         let target = self.blocks.push(b"EV", &[0, 0, 0, name, comment], &[&kind, &[0; 8], &time]);
         self.append(self.next_event, target)?;

@@ -13,19 +13,19 @@ use stickslip_core::control::ControllerInput;
 
 use super::served::Served;
 
-/// Its library, opened here.
-fn opened(controller: &SlidingMode<f64>, folder: &std::path::Path) -> External {
-    let module = module_of(controller, "sliding_mode", 1e-3).expect("a name that C takes");
+/// Opens its library.
+fn open_library(controller: &SlidingMode<f64>, folder: &std::path::Path) -> External {
+    let module = module_of(controller, "sliding_mode", 1e-3).expect("a valid name in C");
     let path = folder.join("sliding_mode.so");
-    std::fs::write(&path, module.library().expect("a C compiler")).expect("the folder takes files");
+    std::fs::write(&path, module.library().expect("a C compiler")).expect("a writable folder");
     External::trusted(&path, Role::Controller).expect("a library of five functions")
 }
 
 #[test]
-fn its_library_has_its_table_and_computes_its_bits() {
+fn its_library_has_its_table_and_gives_its_bits() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let controller = SlidingMode::<f64> { slope: 30.0, ..SlidingMode::default() };
-    let mut library = opened(&controller, folder.path());
+    let mut library = open_library(&controller, folder.path());
     let described = library.description().clone();
     assert_eq!(described.name, "sliding_mode");
     let [slope, .., limit] = &described.parameters[..] else { panic!("{described:?}") };
@@ -67,11 +67,11 @@ fn it_is_in_the_loop_of_a_bench_as_fmu_and_for_calibration_tools() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let preset: Preset<f64> =
         parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
-    let library = opened(&SlidingMode::default(), folder.path());
+    let library = open_library(&SlidingMode::default(), folder.path());
     let loaded = load(&preset, library, 4.0, 1, None, &Watch::silent()).expect("it runs");
     assert_eq!(loaded.fault, None);
-    let module = module_of(&SlidingMode::<f64>::default(), "sliding_mode", 1e-3).expect("a name that C takes");
-    let described = module.description(&Variables::default()).expect("no program is asked");
+    let module = module_of(&SlidingMode::<f64>::default(), "sliding_mode", 1e-3).expect("a valid name in C");
+    let described = module.description(&Variables::default()).expect("a description without a linked program");
     assert!(described.parameters == 6 && described.text.contains("parameters.slope"));
     assert_eq!(module.fmu(Version::Three).expect("a C compiler").variables, 6 + 7 + 1 + 1);
     assert!(module.generated(false).files.iter().any(|(name, _)| name == "sliding_mode_selftest.c"));
@@ -80,10 +80,10 @@ fn it_is_in_the_loop_of_a_bench_as_fmu_and_for_calibration_tools() {
 #[test]
 fn on_a_served_bench_its_table_is_in_selector_form_scope_and_description() {
     let project = tempfile::tempdir().expect("a temporary folder");
-    let module = module_of(&SlidingMode::<f64>::default(), "sliding_mode", 1e-3).expect("a name that C takes");
+    let module = module_of(&SlidingMode::<f64>::default(), "sliding_mode", 1e-3).expect("a valid name in C");
     let served = Served::with(module.library().expect("a C compiler"), Role::Controller, project.path());
-    let who = served.item("position_controller");
-    assert_eq!((who.choice.as_deref(), who.options.len()), (Some("loaded"), 2));
+    let selector = served.item("position_controller");
+    assert_eq!((selector.choice.as_deref(), selector.options.len()), (Some("loaded"), 2));
     let slope = served.item("loaded.slope");
     assert_eq!((slope.value, slope.minimum, slope.maximum, &*slope.unit), (Some(25.0), Some(0.1), Some(1e3), "1/s"));
     assert!(slope.help.starts_with("Slope of the line"), "{}", slope.help);

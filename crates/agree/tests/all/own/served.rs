@@ -16,10 +16,10 @@ pub(crate) struct Served {
 }
 
 impl Served {
-    /// With a library in this role, below a folder.
+    /// Starts a bench in a folder, with a library in this role.
     pub(crate) fn with(library: Vec<u8>, role: Role, project: &Path) -> Self {
         let path = project.join("own.so");
-        std::fs::write(&path, library).expect("the folder takes files");
+        std::fs::write(&path, library).expect("a writable folder");
         let mut source = parameters::presets::find("clm-bench").expect("it is built in");
         let rate = [("bench.tick_rate", "1000")];
         source.text = parameters::set_all::<Preset<f64>>(&source.text, "here", &rate).expect("a rate");
@@ -28,18 +28,18 @@ impl Served {
         Served { live: Live::start(start).expect("it starts"), library: path }
     }
 
-    fn ask(&self, call: Call) -> Answer {
+    fn call(&self, call: Call) -> Answer {
         self.live.call("ann", call).expect("an answer")
     }
 
     /// The item of this path.
     pub(crate) fn item(&self, path: &str) -> Item {
-        let Answer::Items { items } = self.ask(Call::Items {}) else { panic!("no items") };
+        let Answer::Items { items } = self.call(Call::Items {}) else { panic!("no items") };
         items.into_iter().find(|item| item.path == path).expect("it is listed")
     }
 
     pub(crate) fn signals(&self) -> Vec<String> {
-        let Answer::Signals { signals, .. } = self.ask(Call::Signals {}) else { panic!("no signals") };
+        let Answer::Signals { signals, .. } = self.call(Call::Signals {}) else { panic!("no signals") };
         signals.into_iter().map(|signal| signal.name).collect()
     }
 
@@ -54,10 +54,10 @@ impl Served {
         }
     }
 
-    /// Sets a number; how many have changed.
+    /// Sets a number; returns the number of changed entries.
     pub(crate) fn set(&self, path: &str, value: &str) -> usize {
         let values = [(path.to_owned(), value.to_owned())].into();
-        let Answer::Entered { differences, .. } = self.ask(Call::Set { values }) else { panic!("not entered") };
+        let Answer::Entered { differences, .. } = self.call(Call::Set { values }) else { panic!("not entered") };
         differences.len()
     }
 

@@ -17,23 +17,23 @@ struct Recording {
     bench: VirtualBench,
     run: Run,
     /// Active parameters and the expected state after the last tick.
-    known: Option<(Tick<f64>, TickState<f64>)>,
+    previous: Option<(Tick<f64>, TickState<f64>)>,
 }
 
 impl Bench for Recording {
     fn hand_over(&mut self, command: Command) -> Result<Option<Frame>, Error> {
         let (tick, mut state, input) = self.bench.next_tick(&command);
-        if self.known.is_none_or(|known| known.0 != tick) {
+        if self.previous.is_none_or(|previous| previous.0 != tick) {
             self.run.records.push(Record::Parameters(numbers(&tick)));
         }
-        if self.known.is_none_or(|known| known.1 != state) {
+        if self.previous.is_none_or(|previous| previous.1 != state) {
             self.run.records.push(Record::State(numbers(&state)));
         }
         self.run.records.push(Record::Step(numbers(&input)));
         let frame = self.bench.step(command)?;
         let output = tick.step(&mut state, input, self.run.dt);
-        assert_eq!(output, frame.signals, "what is recorded is what the bench computes on");
-        self.known = Some((tick, state));
+        assert_eq!(output, frame.signals, "the recorded inputs are those of the bench");
+        self.previous = Some((tick, state));
         Ok(Some(frame))
     }
 
@@ -89,7 +89,7 @@ pub fn experiment() -> (Tick<f64>, Run) {
     let preset: Preset<f64> = source.read().expect("a preset that reads");
     let dt = preset.bench.tick_time();
     let bench = VirtualBench::new(&preset, 1).expect("a preset that can be prepared");
-    let mut bench = Recording { bench, run: Run { records: Vec::new(), dt }, known: None };
+    let mut bench = Recording { bench, run: Run { records: Vec::new(), dt }, previous: None };
     let law = DifferenceTorque { own: preset.model.own, desired: preset.bench.desired, ..DifferenceTorque::default() };
     bench.set_law(Law::Paper(law)).expect("a current control for this motor");
     home(&mut bench, &Watch::silent()).expect("a bench that finds its index");
@@ -102,5 +102,5 @@ pub fn experiment() -> (Tick<f64>, Run) {
         let setpoint = Setpoint { position, velocity, ..Setpoint::default() };
         bench.step(Command { setpoint, control: true, render: true, ..Command::default() }).expect("a bench that runs");
     }
-    (bench.known.expect("it has run").0, bench.run)
+    (bench.previous.expect("it has run").0, bench.run)
 }

@@ -23,7 +23,7 @@ use target::{M4F, M7, Main, Target, available};
 /// A hundred times the usual duration.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// The experiment is made once for all tests.
+/// The experiment runs once for all tests.
 fn experiment() -> &'static (Tick<f64>, Run) {
     static EXPERIMENT: OnceLock<(Tick<f64>, Run)> = OnceLock::new();
     EXPERIMENT.get_or_init(experiment::experiment)
@@ -39,10 +39,10 @@ where
     let code = c::print::<F>(&program, "block").expect("a good name");
     let single = F::C_SUFFIX == "f";
     let image = target.compile(&Main::Block { program: &program, code: &code, single, measure: false });
-    let ran = image.run(&run.inputs::<F>(), LIMIT);
-    assert!(ran.succeeded, "{}: {}", target.name, ran.said);
+    let outcome = image.run(&run.inputs::<F>(), LIMIT);
+    assert!(outcome.succeeded, "{}: {}", target.name, outcome.log);
     let top = program.steps.last().expect("a program has at least the block itself");
-    let difference = first_difference(&run.outputs::<F, B>(block), &ran.outputs, &top.output, &top.state, single);
+    let difference = first_difference(&run.outputs::<F, B>(block), &outcome.outputs, &top.output, &top.state, single);
     assert_eq!(difference, None, "{} {}", target.name, F::C_NAME);
 }
 
@@ -84,7 +84,7 @@ fn a_whole_experiment_on_a_cortex_m7_in_double() {
     }
 }
 
-/// As a user gets it. A self-test recomputes vectors of the model and names the first number that differs.
+/// The delivered project: its self-test recomputes vectors of the model and reports the first number that differs.
 #[test]
 fn the_self_test_of_a_block_passes_and_its_example_runs() {
     if available() {
@@ -95,9 +95,9 @@ fn the_self_test_of_a_block_passes_and_its_example_runs() {
 fn self_test(block: &str, target: Target, precision: Precision) {
     let preset = parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
     let project = generate::generate(block, &preset, precision, None).expect("a block of the catalogue");
-    let ran = target.compile(&Main::Project(&project)).run(&[], LIMIT);
-    assert!(ran.succeeded, "{} {block}: {}", target.name, ran.said);
-    assert!(ran.said.starts_with("time [s],") && ran.said.lines().count() > 100, "{}", ran.said);
+    let outcome = target.compile(&Main::Project(&project)).run(&[], LIMIT);
+    assert!(outcome.succeeded, "{} {block}: {}", target.name, outcome.log);
+    assert!(outcome.log.starts_with("time [s],") && outcome.log.lines().count() > 100, "{}", outcome.log);
 }
 
 #[test]
@@ -122,8 +122,8 @@ fn a_failed_self_test_on_the_processor_is_detected() {
         let source = project.files.iter_mut().find(|(name, _)| name == "pid.c").expect("a project has its source");
         let (head, body) = source.1.split_once("_raw_step(").expect("the source has the step");
         source.1 = format!("{head}_raw_step({}", body.replace(" - ", " + "));
-        let ran = M7.compile(&Main::Project(&project)).run(&[], LIMIT);
-        assert!(!ran.succeeded && !ran.said.starts_with("time [s],"), "{}", ran.said);
+        let outcome = M7.compile(&Main::Project(&project)).run(&[], LIMIT);
+        assert!(!outcome.succeeded && !outcome.log.starts_with("time [s],"), "{}", outcome.log);
     }
 }
 
@@ -159,19 +159,19 @@ fn a_changed_number_of_the_table_is_reported() {
     };
     assert_eq!(table::differs(&then(1000.0, "pid"), &row, 0.02), None);
     assert_eq!(table::differs(&then(985.0, "pid"), &row, 0.02), None);
-    let named = table::differs(&then(970.0, "pid"), &row, 0.02);
-    assert_eq!(named.as_deref(), Some("Cortex-M7 double pid: instructions was 970, is 1000"));
+    let message = table::differs(&then(970.0, "pid"), &row, 0.02);
+    assert_eq!(message.as_deref(), Some("Cortex-M7 double pid: instructions was 970, is 1000"));
     assert!(table::differs(&then(1000.0, "cascade"), &row, 0.02).is_some_and(|text| text.contains("the table has")));
 }
 
 #[test]
-fn one_other_bit_is_found_at_its_tick_and_number() {
+fn a_wrong_bit_is_located_by_tick_and_number() {
     let (tick, run) = experiment();
     let run = run.first(2_000);
     let program = record::record::<Tick<f64>, f64>(tick);
     let top = program.steps.last().expect("a program has at least the block itself");
     let expected = run.outputs::<f64, _>(tick);
-    let compared = |found: &[u8]| first_difference(&expected, found, &top.output, &top.state, false);
+    let compared = |actual: &[u8]| first_difference(&expected, actual, &top.output, &top.state, false);
     assert_eq!(compared(&expected), None);
     let row = 4 + 8 * (top.output.numbers() + top.state.numbers());
     let mut wrong = expected.clone();
@@ -183,16 +183,16 @@ fn one_other_bit_is_found_at_its_tick_and_number() {
 }
 
 #[test]
-fn a_fault_is_reported_and_a_program_that_hangs_is_ended() {
+fn a_fault_is_reported_and_a_hanging_program_is_ended() {
     if available() {
         for target in [M4F, M7] {
             let wild = "int main(void) { return *(volatile int *)0xF0000000u; }";
-            let ran = target.compile(&Main::Text(wild)).run(&[], LIMIT);
-            assert!(!ran.succeeded && ran.said.starts_with("hard fault: "), "{}", ran.said);
+            let outcome = target.compile(&Main::Text(wild)).run(&[], LIMIT);
+            assert!(!outcome.succeeded && outcome.log.starts_with("hard fault: "), "{}", outcome.log);
             let failing = target.compile(&Main::Text("int main(void) { return 3; }")).run(&[], LIMIT);
-            assert!(!failing.succeeded && failing.said.is_empty(), "{}", failing.said);
+            assert!(!failing.succeeded && failing.log.is_empty(), "{}", failing.log);
         }
         let hanging = M4F.compile(&Main::Text("int main(void) { for (;;) {} }")).run(&[], Duration::from_millis(500));
-        assert!(!hanging.succeeded && hanging.said.contains("the program hangs"), "{}", hanging.said);
+        assert!(!hanging.succeeded && hanging.log.contains("the program hangs"), "{}", hanging.log);
     }
 }

@@ -9,7 +9,7 @@ use stickslip_core::scalar::Scalar;
 /// Inputs of the processor, in order; the numbers as the block's structs have them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
-    /// Parameters from here on.
+    /// Parameters of the next steps.
     Parameters(Vec<f64>),
     /// The state before the next step.
     State(Vec<f64>),
@@ -117,17 +117,17 @@ fn numbers_of<T: Scalar>(value: &impl Fields<T>) -> impl Iterator<Item = T> {
 }
 
 /// First difference of two files `outputs`: tick and name of the number. A status is a number too.
-pub fn first_difference(expected: &[u8], found: &[u8], output: &Tree, state: &Tree, single: bool) -> Option<String> {
+pub fn first_difference(expected: &[u8], actual: &[u8], output: &Tree, state: &Tree, single: bool) -> Option<String> {
     let size = if single { 4 } else { 8 };
     let names = [vec!["status".to_string()], output.paths(), state.paths()].concat();
     let row = 4 + (names.len() - 1) * size;
-    let byte = expected.iter().zip(found).position(|(a, b)| a != b);
-    let length = (expected.len() != found.len()).then_some(expected.len().min(found.len()));
+    let byte = expected.iter().zip(actual).position(|(a, b)| a != b);
+    let length = (expected.len() != actual.len()).then_some(expected.len().min(actual.len()));
     let byte = byte.or(length)?;
     let within = byte % row;
     let name = if within < 4 { 0 } else { 1 + (within - 4) / size };
     let place = format!("tick {} of {}, {}", byte / row, expected.len() / row, names[name]);
     let start = byte / row * row + if name == 0 { 0 } else { 4 + (name - 1) * size };
     let shown = |file: &[u8]| file.get(start..start + if name == 0 { 4 } else { size }).map(<[u8]>::to_vec);
-    Some(format!("{place}: {:02x?} expected, {:02x?} found", shown(expected), shown(found)))
+    Some(format!("{place}: {:02x?} expected, {:02x?} found", shown(expected), shown(actual)))
 }

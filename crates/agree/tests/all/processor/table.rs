@@ -18,10 +18,10 @@ use super::LIMIT;
 use super::run::{Bytes, Record, Run};
 use super::target::{M4F, M7, Main, Target, compiler};
 
-/// Makes the table.
+/// Command that writes the table.
 const COMMAND: &str = "UPDATE_EXPECT=1 cargo test -p stickslip-agree --test all table";
 
-/// Steps that are counted; a count differs by the data only in the compiler's double arithmetic.
+/// Number of measured steps; a count depends on the data only in the double arithmetic of the compiler.
 const STEPS: usize = 2_000;
 
 /// Requirements of one block on one processor; bytes, instructions.
@@ -43,12 +43,12 @@ impl Row {
     }
 }
 
-/// Counts a handful of blocks on each processor.
+/// Measures some blocks on each processor.
 pub fn measure(tick: &Tick<f64>, run: &Run) -> Vec<Row> {
     let mut rows = Vec::new();
     let experiment = run.first(STEPS);
-    let Law::Paper(law) = tick.law else { panic!("the experiment is made with the paper's law") };
-    let PositionController::Cascade(cascade) = tick.control.controller else { panic!("made with a cascade") };
+    let Law::Paper(law) = tick.law else { panic!("the experiment uses the paper's law") };
+    let PositionController::Cascade(cascade) = tick.control.controller else { panic!("the experiment uses a cascade") };
     for (target, single) in [(M4F, false), (M4F, true), (M7, false)] {
         macro_rules! count {
             ($name:literal, $block:expr, $run:expr) => {
@@ -70,7 +70,7 @@ pub fn measure(tick: &Tick<f64>, run: &Run) -> Vec<Row> {
 }
 
 /// Inputs from −5 to 5.
-fn somewhere(input: &Tree, dt: f64) -> Run {
+fn random_inputs(input: &Tree, dt: f64) -> Run {
     let mut random = 1u64;
     let mut value = || {
         // Knuth's linear congruential generator; its upper bits are random enough to vary an input.
@@ -91,24 +91,32 @@ where
     let single = F::C_SUFFIX == "f";
     let image = target.compile(&Main::Block { program: &program, code: &code, single, measure: true });
     let top = program.steps.last().expect("a program has at least the block itself");
-    let drawn = somewhere(&top.input, 250e-6);
-    let run = run.unwrap_or(&drawn);
-    let ran = image.run(&run.inputs::<F>(), LIMIT);
-    assert!(ran.succeeded, "{} {name}: {}", target.name, ran.said);
-    let said = |word: &str| -> f64 {
-        let line = ran.said.lines().find_map(|line| line.strip_prefix(word)?.strip_prefix(' '));
-        line.and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("no {word} in: {}", ran.said))
+    let inputs = random_inputs(&top.input, 250e-6);
+    let run = run.unwrap_or(&inputs);
+    let outcome = image.run(&run.inputs::<F>(), LIMIT);
+    assert!(outcome.succeeded, "{} {name}: {}", target.name, outcome.log);
+    let reported = |word: &str| -> f64 {
+        let line = outcome.log.lines().find_map(|line| line.strip_prefix(word)?.strip_prefix(' '));
+        line.and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("no {word} in: {}", outcome.log))
     };
-    assert!(ran.outputs == run.outputs::<F, B>(block), "{} {name}: counted, the bits are others", target.name);
+    assert!(outcome.outputs == run.outputs::<F, B>(block), "{} {name}: different bits with counting", target.name);
     // The counter is exact: two thousand more turns of a loop of two instructions.
-    assert_eq!(said("loop_3000") - said("loop_1000"), 4000.0);
-    assert_eq!(said("steps"), STEPS as f64);
-    assert!(said("stack") < said("painted"), "the step uses more stack than was painted");
+    assert_eq!(reported("loop_3000") - reported("loop_1000"), 4000.0);
+    assert_eq!(reported("steps"), STEPS as f64);
+    assert!(reported("stack") < reported("painted"), "the step uses more stack than was painted");
     let [code_bytes, library] = image.sizes().map(|bytes| bytes as f64);
-    let mean = (said("instructions") / STEPS as f64).round();
+    let mean = (reported("instructions") / STEPS as f64).round();
     Row {
         key: [target.name, F::C_NAME, name].map(String::from),
-        numbers: [code_bytes, library, said("parameters"), said("state"), said("stack"), mean, said("largest")],
+        numbers: [
+            code_bytes,
+            library,
+            reported("parameters"),
+            reported("state"),
+            reported("stack"),
+            mean,
+            reported("largest"),
+        ],
     }
 }
 
@@ -116,10 +124,10 @@ fn study(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/studies").join(file)
 }
 
-/// Compares with the committed table, or commits it where `UPDATE_EXPECT` is set.
+/// Compares with the committed table, or writes it if `UPDATE_EXPECT` is set.
 ///
 /// # Panics
-/// Where a number is off by more than 2 %, or 30 % with another compiler than that of the table.
+/// If a number differs by more than 2 %, or by 30 % with another compiler than that of the table.
 pub fn check(rows: &[Row]) {
     if std::env::var_os("UPDATE_EXPECT").is_some() {
         write(rows);
@@ -130,8 +138,8 @@ pub fn check(rows: &[Row]) {
     assert_eq!(committed.len(), rows.len(), "the table has other rows: UPDATE_EXPECT=1");
     for (then, now) in committed.iter().zip(rows) {
         let tolerance = if then["compiler"] == compiler() { 0.02 } else { 0.3 };
-        if let Some(complaint) = differs(then, now, tolerance) {
-            panic!("{complaint}. If this is intended: {COMMAND}");
+        if let Some(difference) = differs(then, now, tolerance) {
+            panic!("{difference}. If this is intended: {COMMAND}");
         }
     }
 }
@@ -140,7 +148,7 @@ pub fn check(rows: &[Row]) {
 pub fn differs(then: &Value, now: &Row, tolerance: f64) -> Option<String> {
     let place = now.key.join(" ");
     if KEYS.iter().zip(&now.key).any(|(key, value)| then[*key] != **value) {
-        return Some(format!("where {place} was measured, the table has {then}"));
+        return Some(format!("measured {place}, but the table has {then}"));
     }
     NUMBERS.iter().zip(now.numbers).find_map(|(name, now)| {
         let then = then[*name].as_f64().unwrap_or(f64::NAN);

@@ -13,7 +13,7 @@ use tempfile::TempDir;
 const GCC: &str = "arm-none-eabi-gcc";
 const QEMU: &str = "qemu-system-arm";
 
-/// A processor and the board that QEMU puts it on.
+/// A processor and its board in QEMU.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     pub name: &'static str,
@@ -21,7 +21,7 @@ pub struct Target {
     machine: &'static str,
 }
 
-/// Computes `float` in hardware, `double` in a library of the compiler's.
+/// Computes `float` in hardware, `double` in a library of the compiler.
 pub const M4F: Target = Target {
     name: "Cortex-M4F",
     switches: ["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"],
@@ -68,17 +68,17 @@ pub enum Main<'a> {
     Text(&'a str),
 }
 
-/// A compiled program in a folder of its own.
+/// A compiled program in a temporary folder.
 pub struct Image {
     folder: TempDir,
     target: Target,
     measure: bool,
 }
 
-/// Results of a program.
-pub struct Ran {
+/// Result of a program.
+pub struct Outcome {
     pub succeeded: bool,
-    pub said: String,
+    pub log: String,
     pub outputs: Vec<u8>,
 }
 
@@ -94,9 +94,9 @@ impl Target {
     pub fn compile(self, main: &Main<'_>) -> Image {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a writable folder");
-        let shown = |path: PathBuf| path.display().to_string();
+        let argument = |path: PathBuf| path.display().to_string();
         let mut arguments = vec!["--specs=rdimon.specs".into(), "-nostartfiles".into(), "-I.".into()];
-        arguments.extend(["-T".into(), shown(firmware("link.ld")), shown(firmware("startup.c"))]);
+        arguments.extend(["-T".into(), argument(firmware("link.ld")), argument(firmware("startup.c"))]);
         let mut measured = false;
         match main {
             Main::Block { program, code, single, measure } => {
@@ -110,7 +110,7 @@ impl Target {
                 arguments.extend(lacks(&top.input, "INPUT"));
                 arguments.extend(single.then(|| "-DREAL=float".into()));
                 arguments.extend(measure.then(|| "-DMEASURE".into()));
-                arguments.extend(["-DBLOCK=block".into(), shown(firmware("pil.c")), "block.c".into()]);
+                arguments.extend(["-DBLOCK=block".into(), argument(firmware("pil.c")), "block.c".into()]);
             }
             Main::Project(project) => {
                 for (name, text) in project.files.iter().filter(|(name, _)| !name.contains('/')) {
@@ -131,10 +131,10 @@ impl Target {
 
 impl Image {
     /// Runs the program on these inputs; QEMU is ended if it takes longer than `limit`.
-    pub fn run(&self, inputs: &[u8], limit: Duration) -> Ran {
+    pub fn run(&self, inputs: &[u8], limit: Duration) -> Outcome {
         let path = |name: &str| self.folder.path().join(name);
         std::fs::write(path("inputs"), inputs).expect("a writable folder");
-        let said = std::fs::File::create(path("said")).expect("a writable folder");
+        let log = std::fs::File::create(path("log")).expect("a writable folder");
         let mut command = Command::new(QEMU);
         command.args(["-M", self.target.machine, "-nographic", "-monitor", "none", "-serial", "none"]);
         command.args(["-semihosting-config", "enable=on,target=native", "-kernel", "image"]);
@@ -143,7 +143,7 @@ impl Image {
             command.args(["-icount", "shift=10"]);
         }
         command.current_dir(self.folder.path()).stdin(Stdio::null());
-        command.stdout(said.try_clone().expect("a file can be shared")).stderr(said);
+        command.stdout(log.try_clone().expect("a file can be shared")).stderr(log);
         let mut child = command.spawn().expect("QEMU starts");
         let start = Instant::now();
         let status = loop {
@@ -158,16 +158,16 @@ impl Image {
             }
             std::thread::sleep(Duration::from_millis(5));
         };
-        let text = String::from_utf8_lossy(&std::fs::read(path("said")).unwrap_or_default()).into_owned();
+        let text = String::from_utf8_lossy(&std::fs::read(path("log")).unwrap_or_default()).into_owned();
         let late = if status.is_none() { format!("ended after {limit:?}: the program hangs") } else { String::new() };
-        Ran {
+        Outcome {
             succeeded: status.is_some_and(|status| status.success()),
-            said: text + &late,
+            log: text + &late,
             outputs: std::fs::read(path("outputs")).unwrap_or_default(),
         }
     }
 
-    /// Bytes of the step alone with all that it calls: its own, and those of the compiler's libraries.
+    /// Bytes of the step with all functions that it calls: its own, and those of the compiler's libraries.
     pub fn sizes(&self) -> [usize; 2] {
         let words = "-ffunction-sections -fdata-sections -nostartfiles -nodefaultlibs -Wl,--gc-sections -Wl,-e,block_step \
                      block.c -o step -lgcc -lc";

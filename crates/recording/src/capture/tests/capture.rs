@@ -83,17 +83,17 @@ fn a_trigger_on_a_signal_that_the_rows_do_not_have_is_refused() {
 }
 
 #[test]
-fn a_delay_moves_the_trigger_and_a_hold_off_forgets_events() {
+fn a_delay_moves_the_trigger_and_a_hold_off_ignores_events() {
     let delayed = capture(plan(2, 1, 1, Keep::First(1)), "v rises through 10, delay 5");
     let segment = &segments(delayed, 0..40)[0];
     assert_eq!((segment.event, &segment.cycles[..], segment.trigger), (Some(10), &[13, 14, 15, 16][..], 2));
 
-    let beginnings = |trigger| {
+    let starts = |trigger| {
         let segments = segments(capture(plan(0, 1, 1, Keep::First(9)), trigger), 0..20);
         segments.iter().map(|segment| segment.from).collect::<Vec<_>>()
     };
-    assert_eq!(beginnings("v above 4"), [5, 7, 9, 11, 13, 15, 17]);
-    assert_eq!(beginnings("v above 4, hold-off 5"), [5, 11, 17]);
+    assert_eq!(starts("v above 4"), [5, 7, 9, 11, 13, 15, 17]);
+    assert_eq!(starts("v above 4, hold-off 5"), [5, 11, 17]);
 }
 
 #[test]
@@ -135,9 +135,7 @@ fn a_plan_above_its_limit_is_refused_with_both_numbers() {
     let trigger: Trigger = "immediate".parse().unwrap();
     assert!(Capture::new(plan.clone(), &trigger, &["v"], bytes).is_ok());
     let message = Capture::new(plan.clone(), &trigger, &["v"], bytes - 1).unwrap_err().to_string();
-    assert!(
-        message.starts_with(&format!("the capture would require {bytes} bytes; the limit is {} bytes.", bytes - 1))
-    );
+    assert!(message.starts_with(&format!("the capture requires {bytes} bytes; the limit is {} bytes.", bytes - 1)));
     let endless = Plan { before: u64::MAX, after: u64::MAX, keep: Keep::Latest(usize::MAX), ..plan };
     assert!(matches!(
         Capture::new(endless, &trigger, &["v"], usize::MAX).as_ref().err().and_then(|error| error.of()),

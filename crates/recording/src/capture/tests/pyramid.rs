@@ -21,7 +21,7 @@ fn a_whole_history_has_the_points_of_a_screen_and_keeps_every_spike() {
 }
 
 #[test]
-fn before_the_first_row_and_without_points_there_is_nothing() {
+fn a_query_before_the_first_row_or_without_points_is_empty() {
     let mut pyramid = Pyramid::new(vec![0], 8, LIMIT).unwrap();
     assert!(pyramid.query(0..10, 5).is_empty());
     let mut stream = crate::capture::Stream::new(1);
@@ -76,7 +76,7 @@ proptest! {
             prop_assert_eq!(blocks.is_empty(), span.is_empty() || points == 0);
             prop_assert!(blocks.len() <= points);
             let Some(last) = blocks.last() else { continue };
-            // Half as fine would be too coarse.
+            // Blocks of twice the length would be too coarse.
             prop_assert!(blocks.len() > points / 2 || blocks.iter().all(|block| block.cycles.end - block.cycles.start == 1));
             prop_assert_eq!(blocks[0].cycles.start..last.cycles.end, span);
             prop_assert!(blocks.windows(2).all(|pair| pair[0].cycles.end == pair[1].cycles.start));

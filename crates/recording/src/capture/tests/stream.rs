@@ -34,7 +34,7 @@ fn an_invalid_row_is_refused_and_no_sink_gets_it() {
     stream.push(5, &[0.0]).unwrap();
     for cycle in [5, 4] {
         let message = stream.push(cycle, &[0.0]).unwrap_err().to_string();
-        assert!(message.contains(&format!("a row of cycle {cycle} after one of cycle 5")), "{message}");
+        assert!(message.contains(&format!("row of cycle {cycle} after cycle 5")), "{message}");
     }
     assert!(matches!(
         stream.push(1 << 63, &[0.0]).as_ref().err().and_then(|error| error.of()),

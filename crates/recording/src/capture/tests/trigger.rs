@@ -63,7 +63,7 @@ fn each_condition_finds_its_events() {
 }
 
 #[test]
-fn an_edge_has_come_from_beyond_its_hysteresis() {
+fn an_edge_requires_an_earlier_value_beyond_its_hysteresis() {
     let noisy = [0.9, 1.1, 0.9, 1.1, 0.7, 1.0, 0.9, 1.0];
     assert_eq!(events("v rises through 1", &noisy), [1, 3, 5, 7]);
     assert_eq!(events("v rises through 1, hysteresis 0.2", &noisy), [5]);
@@ -108,7 +108,7 @@ fn infinite_values_are_values() {
 fn a_wrong_text_is_refused_with_column_reason_and_remedy() {
     for (text, column, part) in [
         ("", 1, "the text is empty"),
-        ("v", 2, "a verb is missing"),
+        ("v", 2, "a verb is missing after the signal"),
         ("v rise through 1", 3, "unknown verb `rise`. Did you mean `rises`?"),
         ("v jumps 1", 3, "Use one of above, below,"),
         ("v rises 1", 9, "`through` is missing after `rises`"),
@@ -130,7 +130,7 @@ fn a_wrong_text_is_refused_with_column_reason_and_remedy() {
         ("v crosses 1, delay 0.02", 20, "seconds times the tick rate"),
         ("v crosses 1, delay 3, delay 4", 23, "delay is stated twice"),
         ("v crosses 1,", 13, "no option after a comma"),
-        ("v, crosses 1", 2, "a verb is missing"),
+        ("v, crosses 1", 2, "a verb is missing after the signal"),
         ("\"v above 1", 1, "this quote is not closed"),
     ] {
         let error = text.parse::<Trigger>().unwrap_err();
@@ -157,7 +157,7 @@ fn an_unknown_signal_is_refused_with_the_most_similar_one() {
 fn an_invalid_trigger_is_refused_like_its_text() {
     let level = Test::Edge { slope: Slope::Rising, level: f64::NAN, hysteresis: 0.0 };
     let band = Test::Window { side: Side::Leaves, low: 0.0, high: 1.0, hysteresis: 0.6 };
-    for (test, part) in [(level, "\"NaN\" is not a finite number"), (band, "no part of the band is left")] {
+    for (test, part) in [(level, "\"NaN\" is not a finite number"), (band, "is too large for the band")] {
         let trigger = Trigger::from(Condition::Signal { name: "v".into(), test });
         let message = Detector::new(&trigger, &["v"]).unwrap_err().to_string();
         assert!(message.contains(part), "{message}");
@@ -187,7 +187,7 @@ fn triggers() -> impl Strategy<Value = Trigger> {
         (any::<bool>(), finite(), finite(), hysteresis()).prop_map(|(enters, a, b, hysteresis)| {
             let (low, high) = (a.min(b), a.max(b));
             let side = if enters { Side::Enters } else { Side::Leaves };
-            // A quarter of the band is left.
+            // A quarter of the band remains.
             let hysteresis = if enters { hysteresis } else { 0.375 * high - 0.375 * low };
             Test::Window { side, low, high, hysteresis }
         }),

@@ -10,7 +10,7 @@ use stickslip_base::parameters::schema::nearest;
 const VERBS: [&str; 10] =
     ["above", "below", "rises", "falls", "crosses", "enters", "leaves", "is", "becomes", "changes"];
 const OPTIONS: [&str; 4] = ["hysteresis", "delay", "hold-off", "auto"];
-const EXAMPLE: &str = "Write it like `velocity rises through 0.1, hysteresis 0.02`, or `immediate`.";
+const EXAMPLE: &str = "Example: `velocity rises through 0.1, hysteresis 0.02`, or `immediate`.";
 
 /// A fault with its column, from 1.
 struct Fault {
@@ -74,7 +74,7 @@ fn condition(clause: &Clause) -> Parsed<Condition> {
     let (name, verb, remainder) = match &clause.words[..] {
         [] => return fault(1, "the text is empty", EXAMPLE),
         [word] if word.text == "immediate" => return Ok(Condition::Immediate),
-        [_] => return fault(clause.end, "a verb is missing", EXAMPLE),
+        [_] => return fault(clause.end, "a verb is missing after the signal", EXAMPLE),
         [name, verb, remainder @ ..] => (name, verb, remainder),
     };
     let level = || number(remainder, verb, clause.end);
@@ -122,14 +122,18 @@ fn window(side: Side, words: &[Word], end: usize) -> Parsed<Test> {
 /// A hysteresis is for edges and bands, and must be smaller than half of a band that is left.
 fn set_hysteresis(condition: &mut Condition, option: &Word, value: f64) -> Parsed<()> {
     if value < 0.0 {
-        return fault(option.column, format!("the hysteresis is {value}"), "It is a distance; drop the sign.");
+        return fault(
+            option.column,
+            format!("negative hysteresis {value}"),
+            "A hysteresis is a distance; drop the sign.",
+        );
     }
     match condition {
         Condition::Signal { test: Test::Window { side: Side::Leaves, low, high, .. }, .. }
             if *low + value > *high - value =>
         {
             let remedy = format!("Use at most half its width, {}.", super::number(0.5 * (*high - *low)));
-            fault(option.column, format!("with hysteresis {value} no part of the band is left"), remedy)
+            fault(option.column, format!("the hysteresis {value} is too large for the band"), remedy)
         }
         Condition::Signal { test: Test::Edge { hysteresis, .. } | Test::Window { hysteresis, .. }, .. } => {
             *hysteresis = value;
@@ -202,10 +206,10 @@ fn clauses(text: &str) -> Parsed<Vec<Clause>> {
     let mut clauses = vec![Clause { words: Vec::new(), end: 0 }];
     let mut letters = text.chars().zip(1..).peekable();
     while let Some((letter, column)) = letters.next() {
-        let words = &mut clauses.last_mut().expect("there is one from the start").words;
+        let words = &mut clauses.last_mut().expect("there is always one").words;
         match letter {
             ',' => {
-                clauses.last_mut().expect("there is one from the start").end = column;
+                clauses.last_mut().expect("there is always one").end = column;
                 clauses.push(Clause { words: Vec::new(), end: 0 });
             }
             '"' => {
@@ -232,6 +236,6 @@ fn clauses(text: &str) -> Parsed<Vec<Clause>> {
             }
         }
     }
-    clauses.last_mut().expect("there is one from the start").end = text.chars().count() + 1;
+    clauses.last_mut().expect("there is always one").end = text.chars().count() + 1;
     Ok(clauses)
 }

@@ -4,7 +4,7 @@ use proptest::prelude::{ProptestConfig, any, proptest};
 
 use super::super::block::Blocks;
 use super::super::recovery::repaired;
-use super::foreign::{cn, foreign};
+use super::other_programs::{cn, other_file};
 use super::*;
 
 #[test]
@@ -15,32 +15,32 @@ fn unsupported_files_are_reported_with_a_remedy() {
         let fault = contents(&file).unwrap_err();
         assert!(fault.fault.contains(part) && !fault.remedy.is_empty(), "{fault:?}");
     };
-    refused(foreign(1, 1, one, |blocks| blocks.push(b"LD", &[], &[&[0; 8]])), "blocks of the kind LD");
-    refused(foreign(1, 1, one, |blocks| blocks.push(b"DZ", &[], &[b"DT", &[2; 22]])), "method 2");
-    refused(foreign(1, 1, |blocks| cn(blocks, 0, "x", [0, 0, 0], 0, 8, 0), none), "fewer than stated");
+    refused(other_file(1, 1, one, |blocks| blocks.push(b"LD", &[], &[&[0; 8]])), "blocks of the kind LD");
+    refused(other_file(1, 1, one, |blocks| blocks.push(b"DZ", &[], &[b"DT", &[2; 22]])), "method 2");
+    refused(other_file(1, 1, |blocks| cn(blocks, 0, "x", [0, 0, 0], 0, 8, 0), none), "fewer than stated");
     let narrow = |blocks: &mut Blocks| cn(blocks, 0, "x", [0, 4, 0], 0, 16, 0);
-    refused(foreign(2, 0, narrow, none), "numbers of 16 bits");
-    refused(foreign(1, 0, |blocks| cn(blocks, 0, "x", [0, 0, 0], 7, 8, 0), none), "outside its record");
-    refused(foreign(0, 1 << 40, |blocks| cn(blocks, 0, "x", [3, 0, 0], 0, 0, 0), none), "has no bytes");
-    // A list whose next is itself; a list that names one block twice.
+    refused(other_file(2, 0, narrow, none), "numbers of 16 bits");
+    refused(other_file(1, 0, |blocks| cn(blocks, 0, "x", [0, 0, 0], 7, 8, 0), none), "outside its record");
+    refused(other_file(0, 1 << 40, |blocks| cn(blocks, 0, "x", [3, 0, 0], 0, 0, 0), none), "has no bytes");
+    // A list that links to itself; a list that contains one block several times.
     let circle = |blocks: &mut Blocks| {
         let own = blocks.end();
         blocks.push(b"DL", &[own], &[&[0; 16]])
     };
-    refused(foreign(1, 1, one, circle), "in a circle");
+    refused(other_file(1, 1, one, circle), "in a circle");
     let twice = |blocks: &mut Blocks| {
         let data = blocks.push(b"DT", &[], &[&[1; 64]]);
         blocks.push(b"DL", &[0].into_iter().chain([data; 64]).collect::<Vec<_>>(), &[&[0; 16]])
     };
-    refused(foreign(1, 1, one, twice), "in a circle");
-    let mut unsorted = foreign(1, 1, one, none);
+    refused(other_file(1, 1, one, twice), "in a circle");
+    let mut unsorted = other_file(1, 1, one, none);
     let place = unsorted.len() - 8;
     unsorted[place] = 1;
     refused(unsorted, "not sorted");
-    let mut unfinished = foreign(1, 1, one, none);
+    let mut unfinished = other_file(1, 1, one, none);
     unfinished[..8].copy_from_slice(b"UnFinMF ");
-    refused(unfinished, "another program started it");
-    let mut old = foreign(1, 1, one, none);
+    refused(unfinished, "unfinished file of another program");
+    let mut old = other_file(1, 1, one, none);
     old[28..30].copy_from_slice(&330u16.to_le_bytes());
     refused(old, "this is MDF 3");
 }

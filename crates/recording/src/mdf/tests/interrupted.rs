@@ -23,7 +23,7 @@ fn a_file_cut_anywhere_gives_all_blocks_before_the_cut_and_no_wrong_sample() {
                     assert!(cycles.into_iter().zip(5..).all(|(cycle, expected)| cycle == expected), "cut at {end}");
                     assert!(read.events.len() + 1 >= rows / 10 && read.header == header(), "cut at {end}");
                 }
-                (Err(fault), None) => assert!(fault.fault.contains("it ends"), "{fault:?}"),
+                (Err(fault), None) => assert!(fault.fault.contains("the file ends"), "{fault:?}"),
                 (repaired, rows) => panic!("cut at {end}: {rows:?}, {:?}", repaired.map(|bytes| bytes.len())),
             }
         }
@@ -35,7 +35,7 @@ fn a_file_cut_anywhere_gives_all_blocks_before_the_cut_and_no_wrong_sample() {
 }
 
 #[test]
-fn a_disk_that_fills_up_after_any_byte_leaves_all_that_was_flushed() {
+fn a_disk_that_is_full_after_any_byte_has_all_flushed_rows() {
     let complete = full_disk();
     small_run(&complete).1.finish().unwrap();
     let mut torn = 0;
@@ -65,7 +65,7 @@ fn a_disk_that_fills_up_after_any_byte_leaves_all_that_was_flushed() {
                 assert!(rows == flushed || rows == flushed + 10, "{rows} of {flushed} after {room} bytes");
                 torn += usize::from(rows > flushed);
             }
-            Err(fault) => assert!(flushed == 0 && fault.fault.contains("it ends"), "{room}: {fault:?}"),
+            Err(fault) => assert!(flushed == 0 && fault.fault.contains("the file ends"), "{room}: {fault:?}"),
         }
     }
     // The disk was full once at each byte of the four links of eight bytes, or within the padding of a block.

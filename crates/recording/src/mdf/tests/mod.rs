@@ -1,8 +1,8 @@
-//! Written data are recovered after any interruption of the writer; hostile files are refused.
+//! Written data are recovered after any interruption of the writer; invalid files are refused.
 
-mod foreign;
 mod hostile;
 mod interrupted;
+mod other_programs;
 mod written;
 
 use std::io::{self, Cursor, ErrorKind, Seek, SeekFrom, Write};

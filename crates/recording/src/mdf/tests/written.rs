@@ -5,7 +5,7 @@ use super::*;
 use crate::Recording;
 
 #[test]
-fn a_file_reads_back_to_the_bit() {
+fn a_file_reads_back_bit_identically() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
     std::fs::write(&path, [b'x'; 100_000]).unwrap();
@@ -30,7 +30,7 @@ fn a_file_reads_back_to_the_bit() {
     assert_eq!((read.events[1].1.cause, read.events.len()), (Cause::User, 2));
     assert_eq!(read.attachments[0].bytes, [7; 70_000]);
     assert_eq!((&*read.attachments[1].name, &*read.attachments[1].bytes), ("empty", &b""[..]));
-    // As a recording.
+    // Read as a recording.
     let recording = Recording::parse(&path, &bytes).unwrap();
     assert_eq!(recording.columns()[2].unit.as_deref(), Some("rad/s"));
     assert_eq!(recording.columns()[1].unit, None);
@@ -50,7 +50,7 @@ fn a_recording_may_have_no_rows_or_channels() {
 }
 
 #[test]
-fn a_block_ends_after_a_tenth_of_a_second_and_a_megabyte() {
+fn a_block_ends_after_a_tenth_of_a_second_or_a_megabyte() {
     let blocks = |disk: &Disk| disk.contents().windows(4).filter(|name| name == b"##DZ").count();
     let disk = full_disk();
     let mut by_time = writer(&disk).unwrap();
@@ -93,14 +93,14 @@ fn cycles_increase_and_names_are_unique() {
     let mut writer = writer(&disk).unwrap();
     writer.row(5, &values(5)).unwrap();
     let error = writer.row(5, &values(5)).unwrap_err().to_string();
-    assert!(error.starts_with("run.mf4: cycle 5 cannot be recorded after cycle 5"), "{error}");
+    assert!(error.starts_with("run.mf4: cycle 5 is not after cycle 5"), "{error}");
     for names in [["x", "x"], ["time", "x"], ["x", "cycle"], ["x", ""]] {
         let channels = names.map(|name| channel(name, "", ""));
         let error = Writer::on(Path::new("x"), Box::new(disk.clone()), &header(), &channels, 1.0).map(drop);
-        assert!(error.unwrap_err().to_string().contains("two channels"));
+        assert!(error.unwrap_err().to_string().contains("is empty or not unique"));
     }
     for period in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = Writer::on(Path::new("x"), Box::new(disk.clone()), &header(), &channels(), period).map(drop);
-        assert!(error.unwrap_err().to_string().contains("s apart"));
+        assert!(error.unwrap_err().to_string().contains("invalid tick time"));
     }
 }

@@ -1,4 +1,4 @@
-//! Files that other programs wrote.
+//! Files of other programs.
 
 use super::super::block::Blocks;
 use super::super::read;
@@ -6,7 +6,7 @@ use super::*;
 use crate::Recording;
 
 /// A file of another program: one group of records of `length` bytes, its channels and its data.
-pub(super) fn foreign(
+pub(super) fn other_file(
     length: u32,
     rows: u64,
     channels: impl Fn(&mut Blocks) -> u64,
@@ -69,7 +69,7 @@ fn numbers_of_any_width_order_and_conversion_are_read() {
     };
     let record =
         |word: u16, big: i16, float: f32| [&word.to_le_bytes()[..], &big.to_be_bytes(), &float.to_be_bytes()].concat();
-    // Bits 3 to 12 of the second word are 1022, with their sign -2.
+    // Bits 3 to 12 of the second word are 1022, signed -2.
     let records = [record(100, -2, 1.5), record(1022 << 3 | 0b101, 6, -0.25)].concat();
     let plain = |blocks: &mut Blocks| blocks.push(b"DT", &[], &[&records]);
     let listed = |blocks: &mut Blocks| {
@@ -78,7 +78,7 @@ fn numbers_of_any_width_order_and_conversion_are_read() {
         let second = blocks.push(b"DL", &[0, parts[1]], &[&[0; 24]]);
         blocks.push(b"DL", &[second, parts[0]], &[&[0; 24]])
     };
-    for file in [foreign(8, 2, channels, plain), foreign(8, 2, channels, listed)] {
+    for file in [other_file(8, 2, channels, plain), other_file(8, 2, channels, listed)] {
         let read = contents(&file).unwrap();
         let signals = &read.groups[0].signals;
         let of = |name: &str| signals.iter().find(|s| s.channel.name == name).map(|s| &s.values[..]);
