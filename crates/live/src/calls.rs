@@ -23,9 +23,8 @@ impl Live {
     fn answer(&self, shared: &Shared, client: &str, call: Call) -> Result<Answer, Error> {
         match call {
             Call::Status {} => Ok(Answer::Status(Box::new(self.status()))),
-            Call::Operate {} | Call::Ask {} => {
-                Ok(shared.operation.request_role(client, matches!(call, Call::Operate {})))
-            }
+            Call::Operate {} => Ok(shared.operation.request_role(client, true)),
+            Call::Ask {} => Ok(shared.operation.request_role(client, false)),
             Call::HandOver { grant } => Ok(shared.operation.hand_over(grant)),
             Call::Start {} => shared.motion.request(Request::Start),
             Call::Arm {} => shared.motion.request(Request::Arm),

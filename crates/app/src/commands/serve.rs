@@ -2,14 +2,14 @@
 
 use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
 use clap::Args;
 use stickslip::Watch;
 use stickslip::bench::remote::Address;
-use stickslip::bench::{Cpu, keep_off};
+use stickslip::bench::{Cpu, TimingReport, keep_off};
 use stickslip::external::{ExternalFile, Role};
 use stickslip::live::{Live, Start};
 
@@ -84,15 +84,7 @@ impl ServeCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
         let source = source::read(&self.preset, settings)?;
-        if let Ok(place) = Place::find(&self.project)
-            && Client::at(place.clone()).status().is_ok()
-        {
-            return Err(Failure::Served(format!(
-                "a bench is already running for {}, at {}. Stop it, or choose another folder with --project.",
-                self.project.display(),
-                place.address
-            )));
-        }
+        check_free(&self.project)?;
         let loaded = external_file([self.controller, self.friction, self.law], self.external, &self.loaded_set)?;
         let (record, operator_time) = (self.record.clone(), self.operator_time);
         let new = Start::new(source, &self.project);
@@ -150,18 +142,35 @@ impl ServeCommand {
             thread::sleep(POLL_INTERVAL);
         }
         let Some(timing) = server.stop() else { return Ok(()) };
-        let mut summary = stickslip::Summary::new("serve");
-        timing.tell(&mut summary);
-        self.shown.show(out, &summary, |out| {
-            for line in timing.table().lines() {
-                writeln!(out, "  {line}")?;
-            }
-            for warning in timing.warnings() {
-                writeln!(out, "Note: {warning}")?;
-            }
-            Ok(())
-        })
+        show_timing(&timing, &self.shown, out)
     }
+}
+
+/// Refuses a project that a running bench uses.
+fn check_free(project: &Path) -> Result<(), Failure> {
+    match Place::find(project) {
+        Ok(place) if Client::at(place.clone()).status().is_ok() => Err(Failure::Served(format!(
+            "a bench is already running for {}, at {}. Stop it, or choose another folder with --project.",
+            project.display(),
+            place.address
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Prints the timing of a bench that has ended.
+fn show_timing(timing: &TimingReport, shown: &OutputOptions, out: &mut dyn Write) -> Result<(), Failure> {
+    let mut summary = stickslip::Summary::new("serve");
+    timing.add_to(&mut summary);
+    shown.show(out, &summary, |out| {
+        for line in timing.table().lines() {
+            writeln!(out, "  {line}")?;
+        }
+        for warning in timing.warnings() {
+            writeln!(out, "Note: {warning}")?;
+        }
+        Ok(())
+    })
 }
 
 /// The external file in the loop; at most one of the files, which are given for each role.

@@ -37,7 +37,7 @@ impl TimingReport {
     }
 
     /// Adds the results under their stable names.
-    pub fn tell(&self, summary: &mut Summary) {
+    pub fn add_to(&self, summary: &mut Summary) {
         summary
             .result("timing.cycles", self.summary.cycles as f64, "1")
             .result("timing.missed", self.summary.missed as f64, "1")

@@ -14,7 +14,7 @@ const EVERY: usize = 8;
 
 impl Region {
     /// The numbers, under their stable names.
-    pub fn tell(&self, summary: &mut Summary) {
+    pub fn add_to(&self, summary: &mut Summary) {
         summary
             .result("region.torque_limit", self.torque_limit, "N m")
             .result("region.voltage_limit", self.voltage_limit, "V")
@@ -62,7 +62,7 @@ impl Region {
 
 impl Verdict {
     /// The numbers, and one row for each shortage and each feasible value, under their stable names.
-    pub fn tell(&self, summary: &mut Summary) {
+    pub fn add_to(&self, summary: &mut Summary) {
         summary
             .result("region.renderable", f64::from(u8::from(self.renderable())), "1")
             .result("region.margin", self.margin, "1")

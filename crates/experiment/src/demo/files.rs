@@ -29,7 +29,7 @@ impl Demo {
             summary.result(&format!("truth.{name}"), value, unit);
         }
         summary.result("truth.fit_residual", self.truth_residual, "N m");
-        self.rendering.tell(&mut summary);
+        self.rendering.add_to(&mut summary);
         summary.result("speed.bench_time", self.bench_time, "s").result("speed.wall_time", self.wall_time, "s").result(
             "speed.real_time_factor",
             self.bench_time / self.wall_time,

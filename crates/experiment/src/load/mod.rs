@@ -330,7 +330,7 @@ impl Loaded {
             }
             summary.result("response.allowed", allowed, "s").result("response.late", late as f64, "1");
         }
-        self.clocked.iter().for_each(|clocked| clocked.tell(&mut summary));
+        self.clocked.iter().for_each(|clocked| clocked.add_to(&mut summary));
         summary.result("fault", f64::from(u8::from(self.fault.is_some())), "1");
         let description = self.external.description();
         summary.row([

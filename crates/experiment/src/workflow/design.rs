@@ -229,8 +229,8 @@ impl Design {
         }
         let [largest, at] = self.largest();
         summary.result("design.largest_difference", largest, "N m").result("design.largest_difference_at", at, "rad/s");
-        self.region.tell(&mut summary);
-        self.verdict().tell(&mut summary);
+        self.region.add_to(&mut summary);
+        self.verdict().add_to(&mut summary);
         if !self.points.is_empty() {
             summary.result("design.distance_from_points", self.distance(), "N m");
         }

@@ -168,7 +168,7 @@ impl Rendering {
     }
 
     /// The numbers, under their stable names.
-    pub(crate) fn tell(&self, summary: &mut Summary) {
+    pub(crate) fn add_to(&self, summary: &mut Summary) {
         let breakaway = self.law.desired.breakaway_torque;
         let outside = self.error_outside_fade();
         let over_breakaway = [
@@ -408,7 +408,7 @@ impl RenderRun {
             .result("render.corrections", (iterations.len() - 1) as f64, "1")
             .result("render.corrections_kept", *kept as f64, "1")
             .result("render.rms_error_uncorrected", iterations[0].error, "N m");
-        rendering.tell(&mut summary);
+        rendering.add_to(&mut summary);
         for (k, iteration) in iterations.iter().enumerate() {
             summary.row([
                 ("measurement", Value::from("correction")),

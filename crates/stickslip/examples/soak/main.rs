@@ -48,7 +48,7 @@ fn main() -> Result<(), Error> {
         .result("soak.captures", results.tuned.captures as f64, "1")
         .result("soak.captures.lost", results.tuned.lost as f64, "1")
         .result("soak.bytes", soaked.bytes as f64, "bytes");
-    results.clocked.tell(&mut summary);
+    results.clocked.add_to(&mut summary);
     for (part, memory) in soaked.memory.iter().enumerate() {
         let time = seconds * (part + 1) as f64 / f64::from(soak::PARTS);
         summary.row([("time", time.into()), ("memory", (*memory).into())]);

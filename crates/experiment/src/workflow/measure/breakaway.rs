@@ -78,7 +78,7 @@ impl Outcome for Breakaway {
         (figure, caption)
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn add_to(&self, summary: &mut Summary) {
         let mut add = |name: &str, mean: Option<Mean>| {
             if let Some(Mean { torque, ci95, .. }) = mean {
                 summary.with_interval(name, torque, ci95, "N m");
@@ -124,7 +124,7 @@ mod tests {
         let breakaway = Breakaway { ramps, rate: 0.1, rest_time: 0.3, lag: 1e-3, duration: 8.0, complete: true };
         assert_eq!(breakaway.columns()[2].values, [0.3]);
         let mut summary = Summary::new("measure breakaway");
-        breakaway.tell(&mut summary);
+        breakaway.add_to(&mut summary);
         assert!(summary.to_json().contains("\"torque\": null"));
         assert!(Outcome::warnings(&breakaway)[0].starts_with("No breakaway in 1 of 2 ramps"));
     }

@@ -89,7 +89,7 @@ impl Outcome for FrictionCurve {
         (figure, caption)
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn add_to(&self, summary: &mut Summary) {
         summary
             .result("measure.plateaus", self.kept().count() as f64, "1")
             .result("measure.dropped_plateaus", self.dropped().count() as f64, "1")

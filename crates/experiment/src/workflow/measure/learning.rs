@@ -123,7 +123,7 @@ impl Outcome for Learned {
         ]
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn add_to(&self, summary: &mut Summary) {
         let of = |index: usize| self.repetitions.get(index).map_or(f64::NAN, |it| it.deviation);
         summary
             .result("measure.repetitions", self.repetitions.len() as f64, "1")

@@ -80,7 +80,7 @@ pub trait Outcome {
     }
 
     /// The numbers for scripts, and a row for each single value.
-    fn tell(&self, summary: &mut Summary);
+    fn add_to(&self, summary: &mut Summary);
 
     /// The data.
     fn columns(&self) -> Vec<Column>;
@@ -184,8 +184,8 @@ impl<P: Plan> Measurement<P> {
             .result("measure.complete", f64::from(u8::from(self.outcome.complete())), "1")
             .result("measure.duration", self.outcome.duration(), "s")
             .result("measure.preload", self.preload(), "1");
-        self.outcome.tell(&mut summary);
-        self.clocked.iter().for_each(|clocked| clocked.tell(&mut summary));
+        self.outcome.add_to(&mut summary);
+        self.clocked.iter().for_each(|clocked| clocked.add_to(&mut summary));
         summary
     }
 

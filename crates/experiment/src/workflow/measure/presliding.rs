@@ -88,7 +88,7 @@ impl Outcome for Presliding {
         (figure, caption)
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn add_to(&self, summary: &mut Summary) {
         let estimates = [("stiffness", self.stiffness, "N m/rad"), ("damping", self.damping, "N m s/rad")];
         for (name, estimate, unit) in estimates {
             if let Some((value, ci95)) = estimate {

@@ -165,7 +165,7 @@ impl Outcome for Response {
         vec![self.phase(tacho), self.magnitude(encoder), self.phase(encoder), self.coherence()]
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn add_to(&self, summary: &mut Summary) {
         let velocity = if let Operating::Sliding(velocity) = self.operating { velocity } else { 0.0 };
         summary
             .result("measure.velocity", velocity, "rad/s")

@@ -92,7 +92,7 @@ impl Outcome for Tracked {
         (figure, "Commanded torque of the controller under test, minus the torque of the modelled inertia.".into())
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn add_to(&self, summary: &mut Summary) {
         let Followed { deviation, peak } = self.followed(None);
         summary
             .result("measure.motions", self.samples.last().map_or(0.0, |last| last.motion as f64 + 1.0), "1")
