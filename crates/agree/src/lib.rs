@@ -19,3 +19,8 @@
 //! The package is compiled without optimisation (see the workspace's `Cargo.toml`): compiling takes longer than
 //! running.
 #![forbid(unsafe_code)]
+
+/// The Rust example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

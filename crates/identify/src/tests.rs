@@ -393,7 +393,7 @@ fn on_its_own_recording_a_model_has_the_error_of_its_identification() {
     assert!(open.summary().value("prediction.torque_error").is_some());
     let rotary = IdentifiedModel { axis: Axis::Rotary, ..identified() };
     let error = validate(recording, &rotary, machine, &Watch::silent()).unwrap_err().to_string();
-    assert!(error.contains("a rotary axis"), "{error}");
+    assert!(error.contains("the axis of the model is rotary"), "{error}");
     let short = validate(&recording.rows_of(0..300), &identified(), machine, &Watch::silent());
     assert!(matches!(short, Err(Error::TooFew { found: 300, needed: 350, .. })));
 }

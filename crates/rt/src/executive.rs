@@ -29,7 +29,7 @@ pub struct Plan {
     pub cycles: Option<u64>,
     /// Policy for missed deadlines.
     pub overrun: OverrunPolicy,
-    /// Capacity of the ring of timings [records].
+    /// Capacity of the ring of timings (number of records).
     pub records: usize,
 }
 

@@ -66,8 +66,3 @@ pub use stickslip_base::{
     PredictiveFeedback, Preset, Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking,
     Vibration,
 };
-
-/// The example of the README.
-#[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Readme;

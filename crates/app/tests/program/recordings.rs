@@ -129,7 +129,7 @@ fn a_model_of_the_first_half_is_validated_on_the_second_as_the_library_does() {
     let model = "model/model.toml";
     let arguments = ["validate", "second.csv", "--model", model, "--machine", machine_path, "--out", "out"];
     let printed = succeeded(stickslip(folder.path(), &arguments, ""));
-    assert!(printed.contains("gives the recorded command with an error of"), "{printed}");
+    assert!(printed.contains("predicts the recorded command with an error of"), "{printed}");
 
     let machine = Machine::read(&machine_file).expect("it loads");
     let identified = read_model(&folder.path().join(model)).expect("it loads");

@@ -1,7 +1,7 @@
 //! The paper's chapter 5 on the virtual bench: measure, fit, design, render, measure again.
 //!
 //! The software gets `[model]` and `[bench]` alone. The true values of the machine are shown next to the results,
-//! computed by [`true_friction`](crate::true_friction), and are not used elsewhere.
+//! computed by [`crate::true_friction`], and are not used elsewhere.
 
 mod figures;
 mod files;

@@ -104,7 +104,7 @@ fn an_unstable_loop_has_no_steps_and_is_reported_as_such() {
     assert!(!sliding.stable && sliding.setpoint.is_empty() && number(&view, "sliding", "noise_torque").is_none());
     assert!(sliding.poles.iter().any(|pole| pole.damping < 0.0));
     let verdict = view.verdict.as_ref().unwrap();
-    assert!(!verdict.fair && verdict.sentences[0].contains("not stable"), "{verdict:?}");
+    assert!(!verdict.fair && verdict.sentences[0].contains("unstable"), "{verdict:?}");
     whole(&view, &OPTIONAL);
 }
 

@@ -156,7 +156,7 @@ fn a_lying_sensor_stops_the_bench() {
     for (message, preset) in [
         ("measured tacho velocity is not finite", deaf_tacho),
         ("measured load current is not finite", deaf_current),
-        ("the encoder has stood", frozen),
+        ("the encoder has been constant", frozen),
     ] {
         let mut bench = VirtualBench::new(&preset, 1).unwrap();
         let error = home(&mut bench, &Watch::silent()).unwrap_err().to_string();

@@ -62,7 +62,7 @@ fn as_a_library_on_a_served_bench_it_is_in_selector_form_scope_and_description()
     assert_eq!((selector.choice.as_deref(), selector.options.len()), (Some("loaded"), 2));
     let drop = served.item("loaded.drop_velocity");
     assert_eq!((drop.value, drop.minimum, drop.maximum, &*drop.unit), (Some(1.5), Some(1e-6), Some(1e3), "rad/s"));
-    assert!(drop.help.starts_with("Speed at which half"), "{}", drop.help);
+    assert!(drop.help.starts_with("Speed at half of the drop"), "{}", drop.help);
     assert!(served.signals().contains(&"added_load_torque".to_owned()), "its torque in the scope");
     served.describes(&["breakaway_torque", "drop_velocity", "bristle_stiffness"]);
     served.stop();

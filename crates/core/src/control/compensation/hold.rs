@@ -22,8 +22,7 @@ pub enum Hold<T> {
 ///
 /// - Within the dead zone the controller's integral is frozen, so that it does not wind up against stiction.
 /// - Once the set-point has been constant, short pulses towards the set-point release the drive where the deviation is
-/// above
-///   the knock zone. T. Hägglund, J. Process Control 12 (2002) 897.
+///   above the knock zone. T. Hägglund, J. Process Control 12 (2002) 897.
 /// - A sinusoidal torque keeps the contact moving; its frequency must be away from the resonance of the coupling.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct StictionHold<T> {

@@ -71,7 +71,7 @@ fn a_refusal_has_a_code_a_reason_and_no_effect() {
     }
     master.desk.operated.set(true);
     assert_eq!(master.write(GAIN, 11.0), [0xfe, 0x24]);
-    assert!(master.texts.contains("ann operates"), "{}", master.texts);
+    assert!(master.texts.contains("ann is the operator"), "{}", master.texts);
     assert_eq!(master.read(GAIN), before);
 }
 
