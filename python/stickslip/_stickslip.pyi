@@ -18,33 +18,33 @@ Version of the package.
 @final
 class Code:
     """
-    A controller as C.
+    C code of a controller.
     """
     def compile(self, /, path: str | PathLike[str]) -> None:
         """
-        Compiles the library, which takes the place of what is at `path` as a whole.
+        Compile the library and replace the file at `path` in one step.
         """
     def fmu(self, /, path: str | PathLike[str], version: SupportsIndex) -> None:
         """
-        Writes the FMU of it, FMI 2 or 3.
+        Write an FMU of FMI version 2 or 3.
         """
     def generate(self, /, folder: str | PathLike[str], diagram: bool) -> None:
         """
-        Writes the project into a folder.
+        Write the project into a folder.
         """
     @property
     def sources(self, /) -> list[tuple[str, str]]:
         """
-        Name and text of what the library is compiled of.
+        Names and texts of the source files of the library.
         """
 
 @final
 class Friction:
     """
-    A friction model: static, Dahl, LuGre, elasto-plastic or Maxwell slip, with what it depends on.
+    Friction model: static, Dahl, LuGre, elasto-plastic or Maxwell slip, with its dependences on other quantities.
 
-    `values` has the same names as the friction of a parameter file (`stickslip params describe plant.screw_friction`);
-    what is not given has its default.
+    `values` uses the names of a friction in a parameter file (`stickslip params describe plant.screw_friction`);
+    missing values have their defaults. Raises InvalidValue or UnknownName.
 
     >>> import numpy as np, stickslip
     >>> lugre = stickslip.Friction({"model.kind": "lugre", "model.sliding.kinetic_torque": 0.2})
@@ -57,15 +57,18 @@ class Friction:
     def __repr__(self, /) -> str: ...
     def course(self, /, velocity: ArrayLike, dt: SupportsFloat | SupportsIndex, *, angle: ArrayLike | None = None, load: ArrayLike | None = None, arrest: ArrayLike | None = None, deflection: SupportsFloat | SupportsIndex = 0.0) -> tuple[NDArray[float64], NDArray[float64]]:
         """
-        Friction torque over a course of velocities: presliding, breakaway and sliding.
+        Compute the friction torque over a velocity trajectory: presliding, breakaway and sliding.
 
-        `velocity` [rad/s] has one value a step, held over it, and `dt` [s] is the length of a step; a course of the
-        velocities in the middle of each step is of second order. `angle` [rad] and `load` [N m] are arrays of the same
-        length where friction depends on them, `deflection` [rad] is what the bristles or elements begin with. `arrest` [N m] is the
-        torque that would bring the load to rest within a step: static friction, which has no bristles, takes up that much at
-        velocity 0, and nothing without it.
+        - `velocity`: one value per step, held during the step [rad/s]. Values at the middle of the steps give second
+          order.
+        - `dt`: length of a step [s].
+        - `angle` [rad], `load` [N m]: arrays of the same length, for friction that depends on them. Default: 0.
+        - `arrest`: array of the torques that would stop the load within the step [N m]. Static friction has no
+          bristles; at velocity 0 it takes up this torque. Default: 0.
+        - `deflection`: initial deflection of bristles or elements [rad].
 
-        Returns two arrays: the mean torque of each step [N m], against positive motion, and the deflection at its end [rad].
+        Returns two arrays: the mean torque of each step [N m], positive against positive motion, and the deflection at
+        its end [rad]. Raises InvalidValue for an invalid `dt` or arrays of different lengths.
 
         >>> import numpy as np, stickslip
         >>> screw = stickslip.preset("prototype").friction("plant.wheel.friction")
@@ -76,10 +79,11 @@ class Friction:
         """
     def steady(self, /, velocity: ArrayLike, *, angle: SupportsFloat | SupportsIndex = 0.0, load: SupportsFloat | SupportsIndex = 0.0) -> Any:
         """
-        Friction torque [N m] at constant velocities [rad/s], against positive motion: what a measurement at constant
-        speed sees. An array of any shape gives one of the same shape, a number gives a number.
+        Return the friction torque [N m] at constant velocities, positive against positive motion.
 
-        `angle` [rad] and `load` [N m] are where friction depends on them.
+        - `velocity`: number or array of any shape [rad/s]; the result has the same shape.
+        - `angle`: screw angle [rad], for friction that depends on position.
+        - `load`: load torque [N m], for friction that depends on load.
 
         >>> import numpy as np, stickslip
         >>> wheel = stickslip.preset("prototype").friction("plant.wheel.friction")
@@ -90,7 +94,7 @@ class Friction:
 @final
 class Group:
     """
-    Parameters that belong together, as `p.model.own`: read by attribute or by path, like the preset that they are of.
+    Group of parameters, such as `p.model.own`. Read values by attribute or by path, as of a Preset.
 
     >>> import stickslip
     >>> own = stickslip.preset("prototype").model.own
@@ -103,7 +107,7 @@ class Group:
     def __getattr__(self, name: str, /) -> Any: ...
     def __getitem__(self, path: str, /) -> Any:
         """
-        What lies at a dotted path below: a value, a list, or a group.
+        Return the value, list or group at a dotted path below. Raises UnknownName.
         """
     def __iter__(self, /) -> Any: ...
     def __len__(self, /) -> int: ...
@@ -111,47 +115,51 @@ class Group:
     def __repr__(self, /) -> str: ...
     def describe(self, /, path: str) -> Parameter:
         """
-        What is known of the parameter at a path from here: unit, range, default, meaning.
+        Return unit, range, default and meaning of the parameter at a path relative to this group. Raises UnknownName.
         """
     def keys(self, /) -> list[str]:
         """
-        The paths of all values below, from here.
+        Return the paths of all values, relative to this group.
         """
     def to_dict(self, /) -> "dict[str, float | int | bool | str]":
         """
-        All values under their paths from here.
+        Return all values by their paths, relative to this group.
         """
 
 @final
 class IdentifiedFriction:
     """
-    Friction that was identified on a real machine: where it comes from, its numbers, and how far they go.
+    Friction identified on a physical machine: source, parameters, and range of validity.
     """
     def __repr__(self, /) -> str: ...
     @property
     def friction(self, /) -> Friction:
         """
-        The friction model.
+        Friction model.
         """
     @property
     def inertia(self, /) -> float | None:
         """
-        Inertia that it was identified with [kg m²]; None where that is not known.
+        Inertia used in the identification [kg m²]; None if unknown.
         """
     @property
     def licence(self, /) -> str:
         """
-        On what terms it may be used.
+        Licence terms.
         """
     @property
     def name(self, /) -> str:
         """
-        Its name, or the file that it comes from.
+        Name in the library, or file.
         """
     def on(self, /, bench: Preset, role: str = "desired") -> Preset:
         """
-        A bench of which this is the friction: as `role` "desired" what the load motor shall render, as "own" what the
-        machine has and believes that it has, the friction wheel lifted off.
+        Return a preset with this friction.
+
+        - `role`: "desired", the friction to render; or "own", the friction of the virtual machine and of its model,
+          with the friction wheel released.
+
+        Raises UnknownName for another role.
 
         >>> import stickslip
         >>> p = stickslip.preset("prototype")
@@ -162,36 +170,38 @@ class IdentifiedFriction:
     @property
     def remarks(self, /) -> list[str]:
         """
-        What it cannot represent, what its source does not tell, and the step that follows it.
+        Limits of the model, data missing in the source, and the recommended next step.
         """
     def scaled(self, /, factor: SupportsFloat | SupportsIndex) -> IdentifiedFriction:
         """
-        The same motion on a machine of another size: all torques and the inertia multiplied.
+        Scale to a machine of another size: multiply all torques and the inertia by `factor`. The motion is the same.
+        Raises InvalidValue for a factor that is not positive and finite.
         """
     @property
     def source(self, /) -> str:
         """
-        Who measured and identified it, and how.
+        Source of the data and method of identification.
         """
     @property
     def speeds(self, /) -> tuple[float, float] | None:
         """
-        Lowest and highest speed at which something was measured [rad/s]; None where that is not known.
+        Lowest and highest speed of the measurement [rad/s]; None if unknown.
         """
     @property
     def standard_deviations(self, /) -> dict[str, float]:
         """
-        Standard deviations of its parameters by their paths, in their units; those that the source tells.
+        Standard deviations of the parameters by path, in their units, as far as the source states them.
         """
     @property
     def title(self, /) -> str:
         """
-        What it is, in a line.
+        Short description.
         """
     def torque(self, /, velocity: ArrayLike) -> tuple[NDArray[float64], NDArray[float64]]:
         """
-        Friction torque [N m] at constant velocities [rad/s] and its standard deviation [N m], as far as the source tells
-        deviations; as if they were independent.
+        Return friction torque and standard deviation [N m] at constant velocities [rad/s].
+
+        The deviation combines the parameter deviations that the source states, assumed independent.
 
         >>> import stickslip
         >>> torque, deviation = stickslip.identified_friction("emps").torque([1.0, 10.0])
@@ -202,36 +212,36 @@ class IdentifiedFriction:
 @final
 class Measured:
     """
-    What a controller measures at a sample.
+    Measurement of a controller at a sample.
     """
     def __repr__(self, /) -> str: ...
     @property
     def angle(self, /) -> float:
         """
-        Angle of the screw by the encoder, unwrapped [rad].
+        Screw angle from the encoder, unwrapped [rad].
         """
     @property
     def time(self, /) -> float:
         """
-        Time since the begin of the run [s].
+        Time since the start of the run [s].
         """
     @property
     def velocity(self, /) -> float:
         """
-        Velocity of the motor by the tacho [rad/s].
+        Motor velocity from the tacho [rad/s].
         """
 
 @final
 class Number:
     """
-    A number of a controller: a float while it runs, all that it may be while it is recorded.
+    Number of a controller: a float while it runs, a node of the graph while it is recorded.
 
-    It takes `+ - * /`, `abs`, `round`, comparisons and the functions of stickslip; `float` gives its value while it
-    runs.
+    It supports `+ - * /`, `abs`, `round`, comparisons and the functions of stickslip. While the controller runs,
+    `float` returns the value.
     """
     __array_ufunc__: Final[bool | None]
     """
-    NumPy leaves arithmetic with its numbers to this class, and takes it into none of its functions.
+    None: NumPy leaves arithmetic with its numbers to this class, and its functions reject it.
     """
     def __abs__(self, /) -> Number: ...
     def __add__(self, other: object, /) -> Number: ...
@@ -259,51 +269,51 @@ class Number:
 @final
 class Outcome:
     """
-    What came of a piece of work.
+    Result of a function.
     """
     def columns(self, /) -> list[tuple[str, str, NDArray[float64]]]:
         """
-        The data: name, unit and values of each column.
+        Return name, unit and values of each column of the data.
         """
     def html(self, /, command: str) -> str:
         """
-        The report as one page of HTML; `command` is what it was made by.
+        Return the report as one HTML page; `command` is the call that produced the result.
         """
     def lines(self, /) -> list[str]:
         """
-        What the terminal shows.
+        Return the lines for the terminal.
         """
     def remarks(self, /) -> list[str]:
         """
-        What a reader should know, each with a remedy.
+        Return the remarks, each with a remedy.
         """
     def summary(self, /) -> str:
         """
-        The text of `summary.json`.
+        Return the text of `summary.json`.
         """
     def write(self, /, folder: str | PathLike[str], command: str) -> str:
         """
-        Writes report, data and `summary.json` into a folder; returns the text of the summary.
+        Write report, data and `summary.json` into a folder. Returns the text of the summary.
         """
 
 @final
 class Parameter:
     """
-    What is known of a parameter: unit, range, default and meaning.
+    Description of a parameter: unit, range, default and meaning.
 
-    `str()` of it is what `stickslip params describe` prints.
+    `str()` returns the text of `stickslip params describe`.
     """
     def __repr__(self, /) -> str: ...
     def __str__(self, /) -> str: ...
     @property
     def default(self, /) -> float | None:
         """
-        Value unless given, in the unit; None for a choice.
+        Default value, in the unit; None for a choice.
         """
     @property
     def help(self, /) -> str:
         """
-        What it means.
+        Meaning of the parameter.
         """
     @property
     def kind(self, /) -> str:
@@ -323,7 +333,7 @@ class Parameter:
     @property
     def only_with(self, /) -> str | None:
         """
-        The choice that must be made for it to exist, as `friction.model = "lugre"`; None where it always exists.
+        The choice that the parameter requires, such as `friction.model = "lugre"`; None if it always exists.
         """
     @property
     def path(self, /) -> str:
@@ -333,7 +343,7 @@ class Parameter:
     @property
     def symbol(self, /) -> str:
         """
-        As in an equation; empty where there is none.
+        Symbol in equations; empty if there is none.
         """
     @property
     def unit(self, /) -> str:
@@ -343,16 +353,15 @@ class Parameter:
     @property
     def variants(self, /) -> dict[str, str]:
         """
-        What there is to choose from, each with its meaning; empty for a number.
+        Variants of a choice, each with its meaning; empty for a number.
         """
 
 @final
 class Preset:
     """
-    The parameters of a bench: the virtual machine (`plant`), what the software believes of it (`model`), how it runs
-    (`bench`).
+    Parameters of a bench: virtual machine (`plant`), model used by the software (`model`), settings (`bench`).
 
-    Values are read by attribute or by path, all in SI units. A preset never changes: `set` returns another.
+    Read values by attribute or by path, all in SI units. A preset is immutable: `set` returns a new one.
 
     >>> import stickslip
     >>> p = stickslip.preset("prototype")
@@ -370,7 +379,7 @@ class Preset:
     def __getattr__(self, name: str, /) -> Any: ...
     def __getitem__(self, path: str, /) -> Any:
         """
-        What lies at a dotted path: a value, a list, or a group.
+        Return the value, list or group at a dotted path. Raises UnknownName.
         """
     def __hash__(self, /) -> int: ...
     def __iter__(self, /) -> Any: ...
@@ -380,7 +389,7 @@ class Preset:
     def __str__(self, /) -> str: ...
     def describe(self, /, path: str) -> Parameter:
         """
-        What is known of the parameter at a path: unit, range, default, meaning.
+        Return unit, range, default and meaning of the parameter at a path. Raises UnknownName.
 
         >>> import stickslip
         >>> print(stickslip.preset("prototype").describe("bench.tick_rate"))
@@ -390,8 +399,9 @@ class Preset:
         """
     def descriptions(self, /, path: str = "") -> list[Parameter]:
         """
-        What is known of each parameter at or below a path; without a path, of all. One that several variants of a
-        choice have stands once for each.
+        List the descriptions of all parameters at or below a path. Default: all parameters.
+
+        A parameter of several variants of a choice is listed once for each variant. Raises UnknownName.
 
         >>> import stickslip
         >>> [it.symbol for it in stickslip.preset("prototype").descriptions("model.own")][:2]
@@ -399,7 +409,7 @@ class Preset:
         """
     def diff(self, /, other: Preset) -> "list[tuple[str, float | int | bool | str | None, float | int | bool | str | None]]":
         """
-        What is not the same in another preset: path, value here, value there; None where a preset has no such value.
+        List the differences to another preset: path, value here, value in `other`; None for a missing value.
 
         >>> import stickslip
         >>> p = stickslip.preset("prototype")
@@ -408,7 +418,8 @@ class Preset:
         """
     def friction(self, /, path: str) -> Friction:
         """
-        The friction at a path: of the virtual machine (`plant.screw_friction`), or a curve (`model.own`).
+        Return the friction at a path: of the virtual machine (`plant.screw_friction`), or a curve (`model.own`).
+        Raises UnknownName where the path is not a friction.
 
         >>> import stickslip
         >>> p = stickslip.preset("prototype")
@@ -417,14 +428,15 @@ class Preset:
         """
     def keys(self, /) -> list[str]:
         """
-        The paths of all values, in the order of a parameter file.
+        Return the paths of all values, in the order of a parameter file.
         """
     def set(self, /, values: Any) -> Preset:
         """
-        This preset with other values.
+        Return a copy with other values.
 
-        `values` has paths and values; a mapping as value stands for all that lies below its path, and a group of a preset
-        is taken over as a whole. All are checked together: names, types, ranges, laws between parameters.
+        `values` maps paths to values. A mapping as value sets parameters below its path; a group of a preset replaces
+        the whole group. All values are checked together. Raises UnknownName for an unknown path, TypeError for a wrong
+        type, InvalidValue for a value outside its range or inconsistent values.
 
         >>> import stickslip
         >>> p = stickslip.preset("prototype")
@@ -437,7 +449,7 @@ class Preset:
         """
     def to_dict(self, /) -> "dict[str, float | int | bool | str]":
         """
-        All values under their paths.
+        Return all values by their paths.
 
         >>> import stickslip
         >>> stickslip.preset("prototype").to_dict()["bench.tick_rate"]
@@ -445,8 +457,9 @@ class Preset:
         """
     def toml(self, /, *, complete: bool = False) -> str:
         """
-        The text of a parameter file. As it was read and changed; with `complete`, every parameter with its unit, range
-        and meaning as comments.
+        Return the text of the parameter file with all changes, comments preserved.
+
+        - `complete`: write every parameter, with unit, range and meaning as comments.
 
         >>> import stickslip
         >>> p = stickslip.preset("prototype")
@@ -457,28 +470,28 @@ class Preset:
 @final
 class Recording:
     """
-    The graph of a controller.
+    Recorded graph of a controller.
     """
     @property
     def operations(self, /) -> int:
         """
-        How many operations it has.
+        Number of operations.
         """
     def write(self, /, sample_time: SupportsFloat | SupportsIndex) -> Code:
         """
-        Writes it as C, with self-test and example for samples of `sample_time` [s].
+        Generate C code, with self-test and example for samples of `sample_time` [s].
         """
 
 @final
 class Setpoint:
     """
-    What a controller shall follow, as it stands at a sample.
+    Set-point of a controller at a sample.
     """
     def __repr__(self, /) -> str: ...
     @property
     def acceleration(self, /) -> float:
         """
-        Its second derivative [rad/s²].
+        Second derivative of the screw angle [rad/s²].
         """
     @property
     def position(self, /) -> float:
@@ -488,22 +501,22 @@ class Setpoint:
     @property
     def velocity(self, /) -> float:
         """
-        Its first derivative [rad/s].
+        First derivative of the screw angle [rad/s].
         """
 
 @final
 class StribeckFit:
     """
-    A Stribeck curve through points.
+    Stribeck curve fitted to points.
     """
     def at(self, /, velocity: ArrayLike) -> tuple[NDArray[float64], NDArray[float64]]:
         """
-        The curve at velocities, and half the width of its 95 % band there.
+        Return the curve at velocities and half the width of its 95 % band.
         """
     @property
     def chi_square(self, /) -> float:
         """
-        Weighted sum of their squares.
+        Weighted sum of squared residuals.
         """
     @property
     def covariance(self, /) -> NDArray[float64]:
@@ -513,40 +526,40 @@ class StribeckFit:
     @property
     def degrees_of_freedom(self, /) -> int:
         """
-        Points less parameters.
+        Number of points minus number of parameters.
         """
     def fragment(self, /) -> str:
         """
-        The own friction as a part of a parameter file.
+        Return the own friction as part of a parameter file. Raises InvalidValue where the fit has no such parameters.
         """
     @property
     def intervals(self, /) -> dict[str, tuple[float, float]]:
         """
-        Ends of their 95 % intervals.
+        Ends of the 95 % intervals of the parameters.
         """
     @property
     def known(self, /) -> dict[str, bool]:
         """
-        Whether the points tell each of them.
+        Whether the points determine each parameter.
         """
     @property
     def lack_of_fit(self, /) -> float:
         """
-        How far the form of the curve is from the friction that was measured, as a standard deviation.
+        Deviation of the measured friction from a Stribeck curve, as a standard deviation.
         """
     def outcome(self, /) -> Outcome:
         """
-        Numbers, remarks and report.
+        Return numbers, remarks and report.
         """
     @property
     def parameters(self, /) -> dict[str, float]:
         """
-        Values of the parameters.
+        Values of the parameters by name.
         """
     @property
     def residuals(self, /) -> NDArray[float64]:
         """
-        Measured less fitted, positive away from zero, in the order of the points that count.
+        Measured minus fitted torque, positive where the measured magnitude is larger, in the order of the points.
         """
     @property
     def rms(self, /) -> float:
@@ -556,55 +569,55 @@ class StribeckFit:
     @property
     def standard_errors(self, /) -> dict[str, float]:
         """
-        Their standard errors; infinite where the points do not tell a parameter.
+        Standard errors of the parameters; infinite for a parameter that the points do not determine.
         """
 
 @final
 class StudyParts:
     """
-    A study in its folder.
+    Study in a folder.
     """
     def finish(self, /) -> tuple[Outcome, list[tuple[str, str, NDArray[float64]]], dict[int, str], list[str], list[NDArray[float64]] | None, int]:
         """
-        Makes the file of the study, and what it tells.
+        Write the file of the study and return the results.
         """
     def missing(self, /) -> list[tuple[int, int]]:
         """
-        The parts that were missing when it was opened, and the cases of each.
+        Return the parts that were missing at opening, and the number of cases of each.
         """
     def put(self, /, index: SupportsIndex, bytes: bytes) -> None:
         """
-        Takes the bytes of a part that was run elsewhere.
+        Store the bytes of a part that another machine ran.
         """
     def run(self, /, threads: SupportsIndex | None, progress: Any | None) -> None:
         """
-        Runs them here, on as many threads as there are processors unless it is said how many.
+        Run the missing parts in this process. Default of `threads`: one per processor.
         """
     def work(self, /) -> str:
         """
-        What it takes to run them, as a text.
+        Return the description of the study as text, for StudyWork.
         """
 
 @final
 class StudyWork:
     """
-    What it takes to run the parts of a study, wherever.
+    Description of a study, for running its parts on another machine.
     """
     def __new__(cls, /, text: str) -> StudyWork:
         """
-        From its text, if it is of this version.
+        Parse the text of `StudyParts.work`. Raises Error for another version.
         """
     def part(self, /, index: SupportsIndex) -> bytes:
         """
-        The bytes of a part, run on one thread.
+        Run a part on one thread and return its bytes.
         """
 
 @final
 class Truth:
     """
-    Whether something holds: `True` or `False` while a controller runs, open while it is recorded.
+    Condition of a controller: `True` or `False` while it runs, without a value while it is recorded.
 
-    `& | ~` join conditions; `stickslip.where` chooses by them.
+    Join conditions with `& | ~`; select by them with `stickslip.where`.
     """
     def __and__(self, other: object, /) -> Truth: ...
     def __bool__(self, /) -> bool: ...
@@ -622,22 +635,22 @@ class Truth:
 
 def _friction(text: str) -> Friction:
     """
-    A friction from its text: what a pickle calls.
+    Restore a friction from its text, for pickle.
     """
 
 def _restored(text: str, file: str) -> Preset:
     """
-    A preset from its text, which messages call `file`: what a pickle calls.
+    Restore a preset from its text, for pickle; `file` is its name in messages.
     """
 
 def benchmark_on(preset: Preset, machine: str, controllers: SupportsGetItem[int, str] | None, frictions: SupportsGetItem[int, str] | None, manoeuvres: SupportsGetItem[int, str] | None, quick: bool, seeds: SupportsIndex | None, places: SupportsIndex | None, threads: SupportsIndex | None, folder: str | PathLike[str], progress: Any | None) -> Outcome:
     """
-    Runs controllers on frictions and manoeuvres; what is finished lies in the folder, and is taken from there.
+    Run controllers on frictions and manoeuvres. Finished cells are stored in the folder and reused from there.
     """
 
 def clip(x: SupportsFloat, low: SupportsFloat, high: SupportsFloat) -> Number:
     """
-    Limited to `low` … `high`; a NaN stays NaN.
+    Limit a number to `low` … `high`; NaN remains NaN.
 
     >>> import stickslip
     >>> stickslip.clip(5.0, -1.0, 1.0)
@@ -646,7 +659,7 @@ def clip(x: SupportsFloat, low: SupportsFloat, high: SupportsFloat) -> Number:
 
 def cos(x: SupportsFloat) -> Number:
     """
-    Cosine, within 2 units in the last place up to 1e6 rad.
+    Return the cosine of an angle [rad], within 2 units in the last place up to 1e6 rad.
 
     >>> import stickslip
     >>> stickslip.cos(0.0)
@@ -655,22 +668,22 @@ def cos(x: SupportsFloat) -> Number:
 
 def curves_of(path: str | PathLike[str], velocity: str | None, torque: str | None, standard_error: str | None, group: str | None) -> list[tuple[str, list[tuple[str, str, NDArray[float64]]]]]:
     """
-    Reads friction curves of a file: name and columns of each.
+    Read friction curves from a file. Returns name and columns of each curve.
     """
 
 def demo_on(preset: Preset, seed: SupportsIndex, progress: Any | None) -> Outcome:
     """
-    The whole experiment: measure, fit, design, render, measure again.
+    Run the whole experiment: measure, fit, design, render, measure again.
     """
 
 def design_for(preset: Preset, points: SupportsGetItem[int, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], acceleration: SupportsFloat | SupportsIndex | None) -> tuple[Preset, Outcome, bool]:
     """
-    The desired friction through reference points, what the load motor can do about it, and the preset with it.
+    Design the desired friction through points. Returns the preset with it, the outcome, and whether it is renderable.
     """
 
 def exp(x: SupportsFloat) -> Number:
     """
-    Exponential, within 2 units in the last place; 0 in place of a subnormal number.
+    Return the exponential, within 2 units in the last place; 0 instead of a subnormal number.
 
     >>> import stickslip
     >>> stickslip.exp(0.0)
@@ -679,17 +692,17 @@ def exp(x: SupportsFloat) -> Number:
 
 def fidelity_of(presets: SupportsGetItem[int, str], laws: SupportsGetItem[int, str], rates: SupportsGetItem[int, SupportsFloat | SupportsIndex], wheel: bool | None, mismatches: SupportsGetItem[int, str], scenarios: SupportsGetItem[int, str], quick: bool, seeds: SupportsIndex | None, threads: SupportsIndex | None, progress: Any | None) -> Outcome:
     """
-    Compares what is rendered with what is truly there.
+    Compare rendered with true friction.
     """
 
 def fit_points(velocity: ArrayLike, torque: ArrayLike, standard_error: ArrayLike | None, side: str, linear: bool, preload: SupportsFloat | SupportsIndex | None, source: str) -> StribeckFit:
     """
-    Fits points: velocities, torques or forces, and their standard errors where they are known.
+    Fit a Stribeck curve to velocities, torques or forces, and optional standard errors.
     """
 
 def floor(x: SupportsFloat) -> Number:
     """
-    Largest whole number not above.
+    Return the largest whole number that is not above `x`.
 
     >>> import stickslip
     >>> stickslip.floor(-0.5)
@@ -698,7 +711,7 @@ def floor(x: SupportsFloat) -> Number:
 
 def friction_library() -> "dict[str, str]":
     """
-    The frictions of the library: name, and what each is.
+    List the frictions of the library: names and titles.
 
     >>> import stickslip
     >>> "emps" in stickslip.friction_library()
@@ -707,12 +720,13 @@ def friction_library() -> "dict[str, str]":
 
 def hunting_of(preset: Preset, desired: bool, duration: SupportsFloat | SupportsIndex | None, progress: Any | None) -> tuple[tuple[float, float] | None, Outcome]:
     """
-    Whether the controller of a preset hunts, over a duration [s].
+    Predict whether the controller of a preset hunts within a duration [s]. Returns amplitude [rad] and interval [s], or
+    None, and the outcome.
     """
 
 def identified_friction(source: str) -> IdentifiedFriction:
     """
-    The friction of the library of that name, or of a file like those of `data/friction`.
+    Return a friction of the library by name, or of a file in the format of `data/friction`. Raises UnknownName.
 
     >>> import stickslip
     >>> servo = stickslip.identified_friction("dc-servo")
@@ -722,7 +736,7 @@ def identified_friction(source: str) -> IdentifiedFriction:
 
 def log(x: SupportsFloat) -> Number:
     """
-    Natural logarithm of a normal positive number, within 2 units in the last place; of others not defined.
+    Return the natural logarithm, within 2 units in the last place; defined for normal positive numbers only.
 
     >>> import stickslip
     >>> stickslip.log(1.0)
@@ -731,13 +745,13 @@ def log(x: SupportsFloat) -> Number:
 
 def loop_of(preset: Preset, speed: SupportsFloat | SupportsIndex, tune: bool, progress: Any | None) -> tuple[Preset, Outcome]:
     """
-    The loop of the position controller of a preset, at a speed [rad/s] at which the load slides; with the gains that
-    are in it, or tuned. Returns the preset with that controller as well.
+    Analyse the position loop of a preset at a sliding speed [rad/s], with its own or with tuned gains. Returns the
+    preset with that controller, and the outcome.
     """
 
 def maximum(a: SupportsFloat, b: SupportsFloat) -> Number:
     """
-    The larger; the second if either is NaN.
+    Return the larger number; the second one if either is NaN.
 
     >>> import stickslip
     >>> stickslip.maximum(2.0, 1.0)
@@ -746,12 +760,12 @@ def maximum(a: SupportsFloat, b: SupportsFloat) -> Number:
 
 def measure_on_preset(preset: Preset, kind: str, plan: Any | None, thorough: bool, preload: SupportsFloat | SupportsIndex | None, seed: SupportsIndex, progress: Any | None) -> Outcome:
     """
-    Runs a measurement on the virtual bench of a preset.
+    Run a measurement on the virtual bench of a preset.
     """
 
 def minimum(a: SupportsFloat, b: SupportsFloat) -> Number:
     """
-    The smaller; the second if either is NaN.
+    Return the smaller number; the second one if either is NaN.
 
     >>> import stickslip
     >>> stickslip.minimum(2.0, 1.0)
@@ -760,24 +774,27 @@ def minimum(a: SupportsFloat, b: SupportsFloat) -> Number:
 
 def number(value: SupportsFloat) -> Number:
     """
-    As a number of a controller.
+    Convert to a number of a controller.
     """
 
 def open_study(file: str | PathLike[str] | None, text: str, preset: Preset | None, folder: str | PathLike[str], progress: Any | None) -> StudyParts:
     """
-    Opens the study of a file, or of a text that a program made, on a preset instead of the one that the text names.
+    Open a study from a file or from text; `preset` replaces the preset that the text names.
     """
 
 def plan_of(kind: str) -> list[Parameter]:
     """
-    What can be said of the plan of a measurement: its parameters.
+    List the parameters of a measurement plan.
     """
 
 def preset(source: str | None = None, *, text: str | None = None) -> Preset:
     """
-    The preset of a name, or of a parameter file.
+    Load a preset by name, from a parameter file or from text.
 
-    `source` is a name that `presets()` lists or the path of a file; or else `text` is the text of a file (TOML).
+    - `source`: a name from `presets()`, or the path of a file.
+    - `text`: the text of a parameter file (TOML), instead of `source`.
+
+    Raises UnknownName for an unknown name, FileError where the file cannot be read, InvalidValue for errors in it.
 
     >>> import stickslip
     >>> stickslip.preset("clm-bench").bench.tick_rate
@@ -788,7 +805,7 @@ def preset(source: str | None = None, *, text: str | None = None) -> Preset:
 
 def presets() -> dict[str, str]:
     """
-    The presets that come along: name, and what each is.
+    List the built-in presets: names and descriptions.
 
     >>> import stickslip
     >>> "prototype" in stickslip.presets()
@@ -797,23 +814,23 @@ def presets() -> dict[str, str]:
 
 def record_controller(name: str, help: str, parameters: SupportsGetItem[int, tuple[str, str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]], state: SupportsGetItem[int, tuple[str, str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]], step: Any) -> Recording:
     """
-    Records a controller: `step(parameters, state, sample, dt)` is called once with lists of numbers and returns the new
+    Record a controller. Calls `step(parameters, state, sample, dt)` once with lists of numbers; it returns the new
     state and the torque.
     """
 
 def render_on(preset: Preset, corrections: SupportsIndex, seed: SupportsIndex, progress: Any | None) -> Outcome:
     """
-    Renders the desired friction of a preset on its virtual bench, and measures it again.
+    Render the desired friction of a preset on its virtual bench, and measure the result.
     """
 
 def sampling_of(preset: Preset) -> tuple[float, float]:
     """
-    Time from sample to sample of the controllers of a preset [s], and the largest torque of its drive [N m].
+    Return the sample time of the controllers of a preset [s] and the torque limit of its drive [N m].
     """
 
 def sign(x: SupportsFloat) -> Number:
     """
-    Sign: -1, 0 or 1; 0 for NaN.
+    Return the sign: -1, 0 or 1; 0 for NaN.
 
     >>> import stickslip
     >>> stickslip.sign(-3.0)
@@ -822,12 +839,12 @@ def sign(x: SupportsFloat) -> Number:
 
 def simulate_on(preset: Preset, reference: Any, duration: SupportsFloat | SupportsIndex | None, controller: Any | None, render: bool, rest: SupportsFloat | SupportsIndex, place: SupportsFloat | SupportsIndex, seed: SupportsIndex, progress: Any | None) -> tuple[list[tuple[str, str, NDArray[float64]]], str | None]:
     """
-    Simulates the closed loop of a preset: signals, and why it ended before its time.
+    Simulate the closed loop of a preset. Returns the signals, and the reason for an early end.
     """
 
 def sin(x: SupportsFloat) -> Number:
     """
-    Sine, within 2 units in the last place up to 1e6 rad.
+    Return the sine of an angle [rad], within 2 units in the last place up to 1e6 rad.
 
     >>> import stickslip
     >>> stickslip.sin(0.0)
@@ -836,7 +853,7 @@ def sin(x: SupportsFloat) -> Number:
 
 def sqrt(x: SupportsFloat) -> Number:
     """
-    Square root, within 1 unit in the last place; NaN below 0, 0 of a subnormal number.
+    Return the square root, within 1 unit in the last place; NaN below 0, 0 for a subnormal number.
 
     >>> import stickslip
     >>> stickslip.sqrt(9.0)
@@ -845,7 +862,7 @@ def sqrt(x: SupportsFloat) -> Number:
 
 def where(condition: Any, yes: SupportsFloat, no: SupportsFloat) -> Number:
     """
-    `yes` where the condition holds, `no` elsewhere. Both are computed, one counts.
+    Return `yes` where the condition holds, `no` elsewhere. Both are always computed.
 
     >>> import stickslip
     >>> stickslip.where(2.0 > 1.0, 5.0, 0.0)

@@ -606,6 +606,23 @@ export type BlockSize = {
   /** Number of state variables. */
   states: number
 }
+/** A measurement of breakaway or presliding, complete or running. */
+export type BreakawayMeasurement = {
+  /** Figures: that of the measurement first, then comparisons with earlier runs. */
+  figures: Picture[]
+  /** The results. */
+  keys: KeyEstimate[]
+  /** Whether the measurement is running. */
+  measuring: boolean
+  /** Warnings, each with a remedy. */
+  notes: string[]
+  /** Values to adopt it as own friction, by path, as for `set`. */
+  own: Record<string, string>
+  /** Number of the run; `null` during the measurement and if there is none. */
+  run: number | null
+  /** Runs of the same measurement, the newest first. */
+  runs: number[]
+}
 /** An error of the compiler. */
 export type BuildError = {
   /** Name of the block. */
@@ -668,6 +685,31 @@ export type Changed = {
   /** Its dotted path. */
   path: string
 }
+/** Margin of a rendering law against chatter. */
+export type ChatterMargin = {
+  /** Remaining share below which a warning is shown. */
+  caution: number
+  /** Predicted change of the load torque within a millisecond [N m RMS]. */
+  chatter: number
+  /** Limit of this change; above it the law chatters [N m RMS]. */
+  chatter_limit: number
+  /** Additional delay up to which the loop is stable [s]; `null`: stable for all tried delays. */
+  delay_margin: number | null
+  /** Factor of the law's torque up to which the loop is stable; `null`: stable for all tried factors. */
+  gain_margin: number | null
+  /** Remaining share of the distance to the nearest limit, 0 … 1; `null` if unknown. */
+  left: number | null
+  /** The nearest limit: `chatter`, `stiffness`. */
+  nearest: string
+  /** The result in a sentence; if unstable, with the cause and a remedy. */
+  sentence: string
+  /** Whether the loop is stable: the bench accepts the law. */
+  stable: boolean
+  /** Stiffness of the desired bristles [N m/rad]; `null` for a law without bristles. */
+  stiffness: number | null
+  /** Largest stiffness of the desired bristles without chatter [N m/rad]; `null`: no limit found, or not stable. */
+  stiffness_limit: number | null
+}
 /** An option of a choice. */
 export type Choice = {
   /** Description. */
@@ -727,6 +769,15 @@ export type Course = {
   /** Minimum and maximum in each part; `null` for lost rows. */
   values: [(number | null)[], (number | null)[]]
 }
+/** A running motion or measurement. */
+export type CurrentTask = {
+  /** Completed share of the stage, 0 … 1. */
+  fraction: number
+  /** The current stage. */
+  stage: string
+  /** Its name: `sine`, `measure friction`. */
+  what: string
+}
 /** A run with a friction curve. */
 export type CurveName = {
   /** Name of its folder. */
@@ -774,15 +825,6 @@ export type DiagramPage = {
   size: BlockSize
   /** The picture; its boxes link to pages. */
   svg: string
-}
-/** A running motion or measurement. */
-export type CurrentTask = {
-  /** Completed share of the stage, 0 … 1. */
-  fraction: number
-  /** The current stage. */
-  stage: string
-  /** Its name: `sine`, `measure friction`. */
-  what: string
 }
 /** Kind of controller of a draft. */
 export type DraftKind = "cascade"
@@ -989,19 +1031,6 @@ export type Handle = "breakaway_torque"
   | "stribeck_velocity"
   | "viscous_friction"
   | "line"
-/** An event of a run. */
-export type RunEvent = {
-  /** Number of the cycle. */
-  cycle: number
-  /** Details: changed values, reason of a refusal. */
-  details: string[]
-  /** Time of the cycle [s]. */
-  time: number
-  /** Whether it is a fault, a refusal or a loss. */
-  trouble: boolean
-  /** In a few words. */
-  what: string
-}
 /** Prediction of hunting at a constant set-point: the numbers of `stickslip hunting`. */
 export type HuntingView = {
   /** Half the distance between the extremes [rad]; `null` without hunting. */
@@ -1079,18 +1108,6 @@ export type KeyNumber = {
   unit: string
   /** Value in SI units. */
   value: number
-}
-/** A signal of one of several overlaid runs. */
-export type OverlaidRun = {
-  /** The signal over the time of its own run. */
-  course: Course
-    | null
-  /** Number of the run. */
-  number: number
-  /** Offset to add to its time [s]; `null` if it cannot be aligned. */
-  shift: number | null
-  /** Why there is no signal. */
-  trouble: string | null
 }
 /** A cycle that missed its deadline. */
 export type LateCycle = {
@@ -1235,6 +1252,15 @@ export type LoopPole = {
   /** Real part [1/s]; negative if stable. */
   real: number
 }
+/** Robustness check of a loop. */
+export type LoopVerdict = {
+  /** Whether all robustness limits are met. */
+  fair: boolean
+  /** Reasons, in sentences. */
+  sentences: string[]
+  /** The worst corner. */
+  worst: CornerView
+}
 /** A position controller on the identified model. */
 export type LoopView = {
   /** The pair of poles that can be dragged; `null` if the poles follow from gains. */
@@ -1257,15 +1283,6 @@ export type LoopView = {
   /** Robustness check; `null` unless the draft is thorough. */
   verdict: LoopVerdict
     | null
-}
-/** Robustness check of a loop. */
-export type LoopVerdict = {
-  /** Whether all robustness limits are met. */
-  fair: boolean
-  /** Reasons, in sentences. */
-  sentences: string[]
-  /** The worst corner. */
-  worst: CornerView
 }
 /** Lost or missed cycles. */
 export type Loss = {
@@ -1303,23 +1320,6 @@ export type MarkKind = "fault"
   | "change"
   | "begin"
   | "end"
-/** A measurement of breakaway or presliding, complete or running. */
-export type BreakawayMeasurement = {
-  /** Figures: that of the measurement first, then comparisons with earlier runs. */
-  figures: Picture[]
-  /** The results. */
-  keys: KeyEstimate[]
-  /** Whether the measurement is running. */
-  measuring: boolean
-  /** Warnings, each with a remedy. */
-  notes: string[]
-  /** Values to adopt it as own friction, by path, as for `set`. */
-  own: Record<string, string>
-  /** Number of the run; `null` during the measurement and if there is none. */
-  run: number | null
-  /** Runs of the same measurement, the newest first. */
-  runs: number[]
-}
 /** A friction curve, complete or during its measurement. */
 export type MeasuredCurve = {
   /** Noisy samples, velocity [rad/s] and torque [N m] of each part; empty for an earlier run. */
@@ -1348,6 +1348,18 @@ export type MeasuredPoint = {
   torque: number
   /** Velocity [rad/s]. */
   velocity: number
+}
+/** A signal of one of several overlaid runs. */
+export type OverlaidRun = {
+  /** The signal over the time of its own run. */
+  course: Course
+    | null
+  /** Number of the run. */
+  number: number
+  /** Offset to add to its time [s]; `null` if it cannot be aligned. */
+  shift: number | null
+  /** Why there is no signal. */
+  trouble: string | null
 }
 /** A part of the machine. */
 export type Part = {
@@ -1518,6 +1530,19 @@ export type Run = {
   /** Version of the program. */
   version: string
 }
+/** An event of a run. */
+export type RunEvent = {
+  /** Number of the cycle. */
+  cycle: number
+  /** Details: changed values, reason of a refusal. */
+  details: string[]
+  /** Time of the cycle [s]. */
+  time: number
+  /** Whether it is a fault, a refusal or a loss. */
+  trouble: boolean
+  /** In a few words. */
+  what: string
+}
 /** Values with a role and a name. Values that are not finite or beyond 1e15 are omitted; a line has a gap there. */
 export type Series = {
   /** A dashed line, for any role. */
@@ -1530,6 +1555,17 @@ export type Series = {
   name: string
   /** The role. */
   role: Role
+}
+/** Result of a requested setting. */
+export type SettingResult = {
+  /** Effect of the refusal; empty if granted. */
+  costs: string
+  /** Message of the system, if it refused. */
+  refused: string | null
+  /** The command that fixes it. */
+  remedy: string | null
+  /** The requested setting. */
+  setting: string
 }
 /** A signal. */
 export type Signal = {
@@ -1564,6 +1600,17 @@ export type Simulated = {
   to: number
   /** The requested signals. */
   traces: Trace[]
+}
+/** A speed range in which a limit is exceeded. */
+export type SpeedRange = {
+  /** Lower end [rad/s]. */
+  from: number
+  /** `current`, `voltage`, `slope`, `response`, `speed`. */
+  limit: string
+  /** Reason, in a sentence. */
+  reason: string
+  /** Upper end [rad/s]. */
+  to: number
 }
 /** Availability of a run's files. */
 export type State = "here"
@@ -1630,17 +1677,6 @@ export type Status = {
   /** Addresses for measurement and calibration tools. */
   xcp: XcpStatus[]
 }
-/** A speed range in which a limit is exceeded. */
-export type SpeedRange = {
-  /** Lower end [rad/s]. */
-  from: number
-  /** `current`, `voltage`, `slope`, `response`, `speed`. */
-  limit: string
-  /** Reason, in a sentence. */
-  reason: string
-  /** Upper end [rad/s]. */
-  to: number
-}
 /** The running program. */
 export type Target = {
   /** Target of the build: processor, system, and whether overflows are checked. */
@@ -1653,10 +1689,10 @@ export type Target = {
   rate: number
   /** Start time: seconds since 1970 [s]. */
   since: number
-  /** Version of the program. */
-  version: string
   /** Requested settings of the real-time thread, each with its result. */
   thread_settings: SettingResult[]
+  /** Version of the program. */
+  version: string
 }
 /** A file of the running software. */
 export type TargetFile = {
@@ -1703,31 +1739,6 @@ export type Timing = {
   parts: TimedPart[]
   /** Period of the cycles: the available time. */
   period: number
-}
-/** Margin of a rendering law against chatter. */
-export type ChatterMargin = {
-  /** Remaining share below which a warning is shown. */
-  caution: number
-  /** Predicted change of the load torque within a millisecond [N m RMS]. */
-  chatter: number
-  /** Limit of this change; above it the law chatters [N m RMS]. */
-  chatter_limit: number
-  /** Additional delay up to which the loop is stable [s]; `null`: stable for all tried delays. */
-  delay_margin: number | null
-  /** Factor of the law's torque up to which the loop is stable; `null`: stable for all tried factors. */
-  gain_margin: number | null
-  /** Remaining share of the distance to the nearest limit, 0 … 1; `null` if unknown. */
-  left: number | null
-  /** The nearest limit: `chatter`, `stiffness`. */
-  nearest: string
-  /** The result in a sentence; if unstable, with the cause and a remedy. */
-  sentence: string
-  /** Whether the loop is stable: the bench accepts the law. */
-  stable: boolean
-  /** Stiffness of the desired bristles [N m/rad]; `null` for a law without bristles. */
-  stiffness: number | null
-  /** Largest stiffness of the desired bristles without chatter [N m/rad]; `null`: no limit found, or not stable. */
-  stiffness_limit: number | null
 }
 /** A recorded and a simulated signal, with minimum and maximum in each part of the time, so that no spike is lost. */
 export type Trace = {
@@ -1777,17 +1788,6 @@ export type Value = {
   text: string
   /** SI unit. */
   unit: string
-}
-/** Result of a requested setting. */
-export type SettingResult = {
-  /** Effect of the refusal; empty if granted. */
-  costs: string
-  /** The command that fixes it. */
-  remedy: string | null
-  /** Message of the system, if it refused. */
-  refused: string | null
-  /** The requested setting. */
-  setting: string
 }
 /** An XCP address of the bench. */
 export type XcpStatus = {
