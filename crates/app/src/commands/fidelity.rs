@@ -35,7 +35,8 @@ pub(crate) struct Fidelity {
     /// Difference between machine and model: perfect, real, own+10%, gaussian, kt-2%, …
     #[arg(long, value_name = "NAME")]
     mismatch: Vec<String>,
-    /// Name of a scenario: sine_0.5hz, sine_2hz, point_to_point, hunting, stick_slip, breakaway, presliding, curve.
+    /// Name of a scenario: sine_0.5hz, sine_2hz, point_to_point, hunting, stick_slip, breakaway, presliding, curve,
+    /// curve_corrected.
     #[arg(long, value_name = "NAME")]
     scenario: Vec<String>,
     /// Number of threads [default: all processors]. Results do not depend on it.

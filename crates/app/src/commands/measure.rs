@@ -55,7 +55,7 @@ pub(crate) struct MeasureOptions {
     /// Length of the measurement.
     #[arg(long, value_enum, default_value_t = Length::Quick)]
     plan: Length,
-    /// Change a value of the preset, or of the plan (plan.speeds=8); may be given several times.
+    /// Change a value of the preset, or of the plan (plan.NAME, as in the example); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
     /// Seed of the noise: the same seed gives the same numbers.
