@@ -1,20 +1,24 @@
 //! `cargo xtask study NAME`: studies that are too long for the tests. The result is committed; a test compares a part
 //! of it with the program.
 
+use std::fmt::Write as _;
 use std::path::Path;
+use std::process::Command;
 
-use crate::command::Cargo;
+use crate::command::{Cargo, output};
 use crate::tree;
 use crate::workspace::{Kind, Workspace};
 
 /// The package whose examples contain the studies.
 const PACKAGE: &str = "stickslip";
+/// The study whose page is written from the output of its test program.
+const GENERATED_C: &str = "generated-c";
 /// Folder of the results, relative to the root of the repository.
 const FOLDER: &str = "docs/studies";
 
-/// Studies that are test programs: their name, package, program, and the arguments of the program. They pass or fail.
+/// Studies that are test programs: their name, package, program, and the arguments of the program.
 const PROGRAMS: [(&str, &str, &str, &[&str]); 2] = [
-    ("generated-c", "stickslip-codegen", "long", &[]),
+    (GENERATED_C, "stickslip-codegen", "long", &[]),
     ("processor", "stickslip-agree", "all", &["--ignored", "processor::"]),
 ];
 
@@ -34,9 +38,46 @@ pub(crate) fn study(name: &str) -> Result<(), String> {
     let cargo = Cargo::new(&root, &root);
     if let Some((_, package, program, arguments)) = PROGRAMS.iter().find(|(study, ..)| *study == name) {
         let test = ["test", "--release", "--package", package, "--test", program, "--"];
-        return cargo.run([&test[..], arguments].concat());
+        let command = [&test[..], arguments].concat();
+        if name != GENERATED_C {
+            return cargo.run(command);
+        }
+        let printed = output(&mut cargo.command(command))?;
+        let page = passed_page(&String::from_utf8_lossy(&printed), &compilers());
+        let file = root.join(FOLDER).join(format!("{name}.md"));
+        return std::fs::write(&file, page).map_err(|error| tree::failure("write", &file, &error));
     }
     cargo.run(["run", "--quiet", "--release", "--package", PACKAGE, "--example", name, "--", FOLDER])
+}
+
+/// First line of `--version` of each C compiler that the study uses.
+fn compilers() -> Vec<String> {
+    let version = |name: &str| {
+        let output = Command::new(name).arg("--version").output().ok()?;
+        Some(String::from_utf8_lossy(&output.stdout).lines().next()?.to_owned())
+    };
+    ["gcc", "clang"].into_iter().filter_map(version).collect()
+}
+
+/// The page of a passed study: its command, the compilers and the tests. Only a program that passed is given.
+fn passed_page(printed: &str, compilers: &[String]) -> String {
+    let mut page = format!(
+        "# Generated C, bit for bit\n\n\
+         Output and state of each block are equal in Rust and in generated C, bit for bit, in every tick: a million ticks \
+         in double precision (100,000 for blocks of more than 30,000 operations) and 100,000 in single precision, compiled \
+         with `-O2` for the baseline and with `-O3 -march=native`. Written by `cargo xtask study {GENERATED_C}`.\n\n"
+    );
+    compilers.iter().for_each(|compiler| {
+        let _ = writeln!(page, "- compiler: {compiler}");
+    });
+    page += "\n| test | result |\n|-|-|\n";
+    let results = printed.lines().filter_map(|line| line.strip_prefix("test ")?.split_once(" ... "));
+    let mut results: Vec<_> = results.filter(|(_, result)| *result == "ok").collect();
+    results.sort_unstable();
+    results.iter().for_each(|(test, _)| {
+        let _ = writeln!(page, "| `{test}` | equal |");
+    });
+    page
 }
 
 /// The test programs, and the examples whose text contains the command that runs them as a study.
@@ -60,6 +101,25 @@ mod tests {
         let refusal = study("coverige").expect_err("no example has that name");
         assert!(refusal.starts_with("unknown study \"coverige\"; the studies are "), "{refusal}");
         assert!(refusal.contains("coverage"), "{refusal}");
+    }
+
+    #[test]
+    fn the_page_of_a_passed_study_lists_its_tests_and_compilers() {
+        let printed = "running 2 tests\ntest pid ... ok\ntest lag ... ok\n\ntest result: ok. 2 passed; 0 failed\n";
+        let page = passed_page(printed, &["gcc 13".into()]);
+        assert!(
+            page.ends_with("- compiler: gcc 13\n\n| test | result |\n|-|-|\n| `lag` | equal |\n| `pid` | equal |\n")
+        );
+    }
+
+    #[test]
+    fn every_block_is_in_the_result_of_the_study_of_generated_c() {
+        let root = tree::root().expect("cargo sets CARGO_MANIFEST_DIR");
+        let read = |file: &str| std::fs::read_to_string(root.join(file)).expect("a file of the repository");
+        let (list, page) = (read("crates/codegen/tests/support/list.rs"), read("docs/studies/generated-c.md"));
+        let blocks = list.lines().filter_map(|line| line.trim().strip_prefix("agree!(")?.split(',').next());
+        let missing: Vec<_> = blocks.filter(|block| !page.contains(&format!("| `{block}` |"))).collect();
+        assert!(missing.is_empty(), "run cargo xtask study generated-c: it lacks {missing:?}");
     }
 
     #[test]

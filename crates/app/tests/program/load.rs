@@ -44,7 +44,7 @@ fn the_example_is_ranked_with_the_built_in_controllers() {
     let cells = || std::fs::read_dir(folder.join("out/cells")).expect("it wrote some");
     let cell = cells()
         .map(|it| it.expect("a file").path())
-        .find(|path| path.to_string_lossy().ends_with("__p_pi_so_nominal_as_believed.json"))
+        .find(|path| path.to_string_lossy().ends_with("__p_pi_so_nominal_exact_model.json"))
         .expect("its");
     let before = std::fs::read_to_string(&cell).expect("text");
     // Deviation and torque noise are those of the example.
@@ -59,7 +59,7 @@ fn the_example_is_ranked_with_the_built_in_controllers() {
     let two = run(env!("CARGO_BIN_EXE_stickslip"), &both.split_whitespace().collect::<Vec<_>>(), folder);
     assert!(two.status.success(), "{}", text(&two.stderr));
     let deviation = |name: &str| {
-        let ending = format!("{name}_nominal_as_believed.json");
+        let ending = format!("{name}_nominal_exact_model.json");
         let path = cells().map(|it| it.expect("a file").path()).find(|path| path.to_string_lossy().ends_with(&ending));
         let cell = std::fs::read_to_string(path.expect("its")).expect("text");
         serde_json::from_str::<serde_json::Value>(&cell).expect("JSON")["runs"][0][1][0].as_f64()
