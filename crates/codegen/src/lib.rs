@@ -9,10 +9,10 @@
 //!
 //! ```
 //! use stickslip_codegen::c;
-//! use stickslip_core::friction::LuGre;
+//! use stickslip_core::control::Pid;
 //!
-//! let source = c::generate::<_, f64>(&LuGre::<f64>::default(), "friction")?;
-//! assert!(source.source.contains("friction_step"));
+//! let source = c::generate::<_, f64>(&Pid::<f64>::default(), "pid")?;
+//! assert!(source.source.contains("pid_step"));
 //! # Ok::<(), c::NotAName>(())
 //! ```
 #![forbid(unsafe_code)]

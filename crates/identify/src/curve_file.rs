@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn an_invalid_curve_is_refused_with_its_place() {
         for (text, expected) in [
-            ("omega,x\n1,2\n", "no column `torque` among omega, x"),
+            ("omega,x\n1,2\n", "unknown column `torque`. Columns: omega, x."),
             ("omega [rad/s],torque [N]\n1,2\n", "curve.csv: column `torque`: unit \"N\""),
             ("omega [kg],torque\n1,2\n", "curve.csv: column `omega`: unit \"kg\""),
             ("omega,torque,se\n1,2,0\n", "point 0 of the friction curve: standard_error = 0"),

@@ -24,7 +24,7 @@
 //!     range = [0.7, 1.3]
 //!     points = 7
 //! "#;
-//! assert_eq!(read_text(study, None)?.cases(), 7);
+//! assert_eq!(read_text(study, None)?.cases()?, 7);
 //! # Ok::<(), stickslip_base::Error>(())
 //! ```
 #![forbid(unsafe_code)]
