@@ -109,7 +109,7 @@ def test_descriptions_come_from_the_parameter_tables(bench):
     assert bench.bench.describe("controller.position_gain").only_with == 'bench.controller.kind = "cascade"'
     assert all(it.path.startswith("model.own.") for it in bench.descriptions("model.own"))
     assert len(bench.descriptions()) > len(bench)
-    with pytest.raises(stickslip.UntorqueName, match="is a group"):
+    with pytest.raises(stickslip.UnknownName, match="is a group"):
         bench.describe("model.own")
 
 

@@ -439,7 +439,7 @@ def test_a_wrong_declaration_is_refused(declared, words):
     def double(p, state, sample, dt):
         return 0.0
 
-    with pytest.raises(stickslip.Error, match='"double" cannot name.*no keyword. Give the function another name'):
+    with pytest.raises(stickslip.Error, match='"double" is not a valid name.*no keyword. Give the function another name'):
         ControlLaw(double, {}, {}).c()
     double.__name__ = "stickslip_step"
     with pytest.raises(stickslip.InvalidValue, match="does not begin with stickslip"):

@@ -45,7 +45,7 @@ await play(async (scene) => {
     await scene.snapshot(ann, 'help-found')
     await parameter.click()
     await ann.getByRole('complementary', { name: /Parameters of bench.desired/ }).waitFor()
-    await ann.getByRole('button', { name: 'Close' }).click()
+    await ann.getByRole('button', { name: 'Close', exact: true }).click()
     const search = ann.getByRole('searchbox', { name: 'Search the help' })
     await search.fill('brake tacho')
     await results.getByRole('button', { name: /brake/i }).first().click()
