@@ -66,7 +66,7 @@ await play(async (scene) => {
     const rate = ann.getByRole('textbox', { name: /tick rate/ })
     await rate.fill('2000')
     await rate.press('Enter')
-    await ann.getByText(/cycles of the record are counted by it/).waitFor()
+    await ann.getByText(/cycles of the record depend on it/).waitFor()
     await ann.getByRole('button', { name: /Remove bench.tick_rate/ }).click()
   })
   await scene.step('changed values are applied to the target, and undone', async () => {
