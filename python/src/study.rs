@@ -80,7 +80,7 @@ impl StudyParts {
         let axes = plan.axes.iter().map(|axis| axis.name.clone()).collect();
         let grid = plan.grid().map(|grid| grid.into_iter().map(|values| values.to_vec().into()).collect());
         let failures = failures.into_iter().collect();
-        Ok((Outcome::of(findings), arrays(columns), failures, axes, grid, outcome.kept))
+        Ok((Outcome::of(findings), arrays(columns), failures, axes, grid, outcome.reused))
     }
 }
 

@@ -163,7 +163,7 @@ impl Report {
     }
 
     /// The summary: the results in words.
-    pub fn told(&self) -> &str {
+    pub fn summary_text(&self) -> &str {
         &self.summary
     }
 

@@ -11,7 +11,7 @@ use stickslip_core::fields::{Relation, at_least};
 use stickslip_core::scalar::Scalar;
 
 use super::friction::hold_speed;
-use super::{UNIFORM, give_back, kept};
+use super::{UNIFORM, completed, give_back};
 use stickslip_base::preset::Model;
 use stickslip_base::quantity::Estimate;
 use stickslip_base::{Error, Watch};
@@ -202,7 +202,7 @@ pub fn measure_breakaway(plan: &BreakawayPlan<f64>, bench: &mut dyn Bench, watch
     let lag = plan.lag(&model);
     let mut ramps = Vec::new();
     let ended = visit(plan, bench, first, watch, &mut ramps);
-    let complete = kept(give_back(bench, ended), !ramps.is_empty())?;
+    let complete = completed(give_back(bench, ended), !ramps.is_empty())?;
     let last = bench.step(Command::default())?;
     let duration = (last.cycle - first.cycle) as f64 * bench.settings().tick_time();
     let BreakawayPlan { rate, rest_time, .. } = *plan;

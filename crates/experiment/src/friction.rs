@@ -8,7 +8,7 @@ use stickslip_core::friction::Stribeck;
 
 use super::plan::{FrictionPlan, Phase};
 use super::plateau::{Balance, HARMONICS, Plateau, standard_error};
-use super::{UNIFORM, give_back, kept};
+use super::{UNIFORM, completed, give_back};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::{Bench, Command, Frame};
 use stickslip_design as design;
@@ -54,7 +54,7 @@ impl FrictionCurve {
                 standard_error: libm::hypot(plateau.standard_error, UNIFORM * bias),
             }
         };
-        self.kept().map(point).collect()
+        self.valid().map(point).collect()
     }
 
     /// Difference between a plateau's torque and friction at its mean velocity, caused by the sway of its speed [N m].
@@ -64,7 +64,7 @@ impl FrictionCurve {
     /// slowest speeds. Elsewhere the effect is negligible.
     fn sway_bias(&self, plateau: &Plateau) -> f64 {
         let others =
-            || self.kept().filter(|other| (other.velocity - plateau.velocity).abs() > 0.01 * plateau.velocity.abs());
+            || self.valid().filter(|other| (other.velocity - plateau.velocity).abs() > 0.01 * plateau.velocity.abs());
         let same_side = || others().filter(|other| other.velocity * plateau.velocity > 0.0);
         let nearest = same_side().min_by(|a, b| {
             let ratio = |p: &Plateau| libm::log(p.velocity / plateau.velocity).abs();
@@ -75,7 +75,7 @@ impl FrictionCurve {
     }
 
     /// The valid plateaus.
-    pub fn kept(&self) -> impl Iterator<Item = &Plateau> {
+    pub fn valid(&self) -> impl Iterator<Item = &Plateau> {
         self.plateaus.iter().filter(|plateau| plateau.dropped.is_none())
     }
 
@@ -92,11 +92,11 @@ impl FrictionCurve {
         fit_stribeck(&self.points(), &FrictionCurve::FIT)
     }
 
-    /// RMS distance of the kept plateaus from a curve [N m], over those whose set speed `counts` admits
+    /// RMS distance of the valid plateaus from a curve [N m], over those whose set speed `counts` admits
     /// [rad/s]; NaN over none.
     pub fn rms_from(&self, curve: &Stribeck<f64>, counts: impl Fn(f64) -> bool) -> f64 {
         let squares: Vec<f64> = self
-            .kept()
+            .valid()
             .filter(|plateau| counts(plateau.set_velocity.abs()))
             .map(|plateau| (plateau.torque - curve.torque(plateau.velocity)).powi(2))
             .collect();
@@ -152,7 +152,7 @@ pub fn measure_friction(
         plateaus.end();
     }
     let mut plateaus = plateaus.ended;
-    let complete = kept(give_back(bench, ended), !plateaus.is_empty())?;
+    let complete = completed(give_back(bench, ended), !plateaus.is_empty())?;
     share_noise(&mut plateaus);
     let ripple = remove_ripple(&mut plateaus, plan);
     Ok(FrictionCurve { plateaus, ripple, duration: done * dt, complete })

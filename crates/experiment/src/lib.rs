@@ -85,7 +85,7 @@ pub(crate) fn give_back<R>(bench: &mut dyn Bench, ended: Result<R, Error>) -> Re
 ///
 /// # Errors
 /// Any failure, and [`Error::Cancelled`] without data.
-fn kept(ended: Result<(), Error>, gained: bool) -> Result<bool, Error> {
+fn completed(ended: Result<(), Error>, gained: bool) -> Result<bool, Error> {
     match ended {
         Err(Error::Cancelled) if gained => Ok(false),
         ended => ended.map(|()| true),

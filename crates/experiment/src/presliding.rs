@@ -15,7 +15,7 @@ use stickslip_core::scalar::{Dual, Scalar};
 
 use super::breakaway::{TRAVEL, go_to};
 use super::friction::hold_speed;
-use super::{give_back, kept};
+use super::{completed, give_back};
 use stickslip_base::preset::Model;
 use stickslip_base::quantity::Estimate;
 use stickslip_base::{Error, Watch};
@@ -164,7 +164,7 @@ pub fn measure_presliding(
     let mut loops = Vec::new();
     let ended =
         go_to(bench, first.angle, plan.angle, TRAVEL, watch).and_then(|()| visit(plan, bench, watch, &mut loops));
-    let complete = kept(give_back(bench, ended), !loops.is_empty())?;
+    let complete = completed(give_back(bench, ended), !loops.is_empty())?;
     let last = bench.step(Command::default())?;
     let dt = bench.settings().tick_time();
     let duration = (last.cycle - first.cycle) as f64 * dt;

@@ -10,7 +10,7 @@ use stickslip_core::Fields;
 use stickslip_core::control::compensation::{FEATURES, FeatureState, SetpointFeatures};
 use stickslip_core::control::reference::{Chirp, Generator, MotionLimits, PointToPoint, Reference, Setpoint};
 
-use super::kept;
+use super::completed;
 use stickslip_base::preset::CompensationChoice;
 use stickslip_base::{Error, Watch};
 use stickslip_bench::{Bench, Command, Frame};
@@ -204,7 +204,7 @@ pub fn record_tracking(plan: &TrackingPlan<f64>, bench: &mut dyn Bench, watch: &
     bench.come_to_rest()?;
     // A sample with a missed torque is left out.
     tracked.samples.retain(|sample| sample.torque.is_finite());
-    tracked.complete = kept(ended, tracked.samples.last().is_some_and(|sample| sample.motion > 0))?;
+    tracked.complete = completed(ended, tracked.samples.last().is_some_and(|sample| sample.motion > 0))?;
     let last = bench.step(Command::default())?;
     tracked.duration = (last.cycle - first.cycle) as f64 * settings.tick_time();
     Ok(tracked)
@@ -278,7 +278,7 @@ impl Tracked {
     }
 
     /// Features of each sample for a network.
-    pub fn seen(&self) -> Vec<[f64; FEATURES]> {
+    pub fn features(&self) -> Vec<[f64; FEATURES]> {
         let mut state = FeatureState::default();
         let of = |sample: &TrackedSample| {
             let Setpoint { velocity, acceleration, .. } = sample.setpoint;

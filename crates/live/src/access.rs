@@ -9,7 +9,7 @@ use stickslip_recording::capture::{Batch, Sink, Tap};
 
 impl Live {
     /// Notes activity of a client, for the timeout of the operator.
-    pub fn seen(&self, client: &str) {
+    pub fn note_activity(&self, client: &str) {
         self.shared.operation.note_activity(client);
     }
 

@@ -68,7 +68,7 @@ pub struct Outcome {
     /// Number of cases.
     pub cases: u64,
     /// Cases reused from an earlier run.
-    pub kept: u64,
+    pub reused: u64,
 }
 
 #[cfg(test)]

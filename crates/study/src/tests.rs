@@ -71,7 +71,7 @@ fn the_file_does_not_depend_on_threads_and_interruptions() {
     let run = |threads, name: &str, watch: &Watch| {
         run_study(&Plan { threads, ..plan(MODEL) }, &folder.path().join(name), watch)
     };
-    assert_eq!(run(1, "one", &Watch::silent()).unwrap().kept, 0);
+    assert_eq!(run(1, "one", &Watch::silent()).unwrap().reused, 0);
     run(3, "three", &Watch::silent()).unwrap();
     assert_eq!(bytes("one"), bytes("three"));
     // Ended behind the first part of eight, and again behind the second.
@@ -85,11 +85,11 @@ fn the_file_does_not_depend_on_threads_and_interruptions() {
         assert!(!folder.path().join("often/study.parquet").exists());
     }
     let outcome = run(2, "often", &Watch::silent()).unwrap();
-    assert_eq!((outcome.kept, outcome.cases), (16, 21));
+    assert_eq!((outcome.reused, outcome.cases), (16, 21));
     assert_eq!(bytes("often"), bytes("one"));
     assert!(!folder.path().join("often/parts").exists());
     // All rows exist: nothing is run again.
-    assert_eq!(run(2, "often", &Watch::silent()).unwrap().kept, 21);
+    assert_eq!(run(2, "often", &Watch::silent()).unwrap().reused, 21);
 }
 
 #[test]
@@ -109,12 +109,12 @@ fn parts_of_other_inputs_and_broken_parts_are_not_reused() {
     others[2].seeds = 2;
     for other in others {
         std::fs::write(&part, &whole).unwrap();
-        assert_eq!(run_study(&other, folder.path(), &Watch::silent()).unwrap().kept, 0);
+        assert_eq!(run_study(&other, folder.path(), &Watch::silent()).unwrap().reused, 0);
         std::fs::create_dir_all(folder.path().join("parts")).unwrap();
     }
     // Half of a part is invalid.
     std::fs::write(&part, &whole[..whole.len() / 2]).unwrap();
-    assert_eq!(run_study(&two, folder.path(), &Watch::silent()).unwrap().kept, 0);
+    assert_eq!(run_study(&two, folder.path(), &Watch::silent()).unwrap().reused, 0);
 }
 
 #[test]
@@ -509,10 +509,10 @@ fn parts_from_another_machine_give_the_same_file() {
     let parts = Parts::open(&plan, &folder.path().join("there"), &silent).unwrap();
     assert_eq!(parts.missing(), [0]);
     parts.run(2, &silent).unwrap();
-    assert_eq!(parts.finish().unwrap().kept, 13);
+    assert_eq!(parts.finish().unwrap().reused, 13);
     assert_eq!(bytes("there"), bytes("here"));
     let parts = Parts::open(&plan, &folder.path().join("there"), &silent).unwrap();
-    assert_eq!((parts.missing().len(), parts.finish().unwrap().kept), (0, 21));
+    assert_eq!((parts.missing().len(), parts.finish().unwrap().reused), (0, 21));
 }
 
 #[test]

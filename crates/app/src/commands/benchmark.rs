@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use stickslip::Watch;
 use stickslip::benchmark::{Entrant, FRICTIONS, HOUSE, MANOEUVRES, Plan, entrants, run_plan};
-use stickslip::fidelity::known;
+use stickslip::fidelity::by_name;
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -71,10 +71,10 @@ impl Benchmark {
             plan = plan.quick();
         }
         if !self.friction.is_empty() {
-            plan.frictions = known("friction", &self.friction, &FRICTIONS, |it| it.name)?;
+            plan.frictions = by_name("friction", &self.friction, &FRICTIONS, |it| it.name)?;
         }
         if !self.manoeuvre.is_empty() {
-            plan.manoeuvres = known("manoeuvre", &self.manoeuvre, &MANOEUVRES, |it| it.name())?;
+            plan.manoeuvres = by_name("manoeuvre", &self.manoeuvre, &MANOEUVRES, |it| it.name())?;
         }
         plan.seeds = self.seeds.unwrap_or(plan.seeds);
         plan.places = self.places.unwrap_or(plan.places);

@@ -85,7 +85,7 @@ impl ExternalInLoop {
         in_loop
             .external
             .begin(in_loop.period, in_loop.torque_limit)
-            .map_err(|fault| BenchError::ExternalNotStarted(in_loop.external.told(fault)))?;
+            .map_err(|fault| BenchError::ExternalNotStarted(in_loop.external.fault(fault)))?;
         // Not before: its start may take long.
         if let Some(priority) = priority {
             in_loop.external.hurry(priority.saturating_sub(1), in_loop.period);

@@ -233,7 +233,7 @@ impl External {
     }
 
     /// The fault of the bench for a fault of the external file.
-    pub fn told(&self, fault: ExternalFault) -> Fault {
+    pub fn fault(&self, fault: ExternalFault) -> Fault {
         Fault::External(self.role, fault)
     }
 
@@ -281,7 +281,7 @@ impl External {
     }
 
     /// Most severe message since the start, if there is one.
-    pub fn said(&self) -> Option<String> {
+    pub fn message(&self) -> Option<String> {
         self.caller.message()
     }
 

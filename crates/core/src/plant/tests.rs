@@ -104,7 +104,7 @@ fn under_a_vibrating_load_lugre_drifts_and_the_others_hold() {
         let machine = plant(model).prepare(10, STEP);
         let mut state = MachineState::default();
         run(&machine, &mut state, 0.5, |t| 0.15 * (t / 0.1).min(1.0));
-        // 0.5·M_S with ±0.05·M_S at 20 Hz on it, seen at the same phase, once the first swings are over.
+        // 0.5·M_S with ±0.05·M_S at 20 Hz on it, read at the same phase, once the first swings are over.
         let vibrating = |t: f64| 0.15 + 0.015 * (TAU * 20.0 * t).sin();
         let start = run(&machine, &mut state, 5.0, vibrating).angle;
         let end = run(&machine, &mut state, 10.0, vibrating).angle;
@@ -293,7 +293,7 @@ fn an_arm_swings_at_its_frequency() {
 fn what_the_pickups_see_is_of_second_order_in_the_step() {
     // No friction, so that nothing but the step is in the error.
     let machine = VirtualMachine { parts: plant(Model::Nothing).prepare(1, 1e-3) };
-    let seen = |steps: usize| {
+    let pickups = |steps: usize| {
         let (mut state, tick) = (PlantState::default(), 1e-3);
         let machine = VirtualMachine { parts: machine.parts.plant.prepare(steps, tick / steps as f64) };
         for k in 0..50 {
@@ -302,7 +302,7 @@ fn what_the_pickups_see_is_of_second_order_in_the_step() {
         }
         [state.pickups.tacho, state.pickups.acceleration]
     };
-    let (exact, coarse, fine) = (seen(1600), seen(50), seen(100));
+    let (exact, coarse, fine) = (pickups(1600), pickups(50), pickups(100));
     for ((exact, coarse), fine) in exact.into_iter().zip(coarse).zip(fine) {
         let ratio = (coarse - exact) / (fine - exact);
         assert!((3.5..=4.5).contains(&ratio), "half the step: {ratio} times less error");

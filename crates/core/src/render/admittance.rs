@@ -77,7 +77,7 @@ impl<T: Scalar> Block<T> for Admittance<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
-        let seen = input.seen(state);
+        let observed = input.observed(state);
         // JointDistribution with the load where the observer has just begun.
         let known = state.observer.started.gt(T::of(0.5));
         let before = known.select(state.observer.drive.angle, input.angle);
@@ -87,7 +87,7 @@ impl<T: Scalar> Block<T> for Admittance<T> {
             memory: state.desired_memory,
             resistance: state.virtual_resistance,
         };
-        let estimate = self.observer.follow(&mut state.observer, &seen, dt, |middle, h| {
+        let estimate = self.observer.follow(&mut state.observer, &observed, dt, |middle, h| {
             self.advance(&mut load, middle.coupling_torque, middle.velocity, h);
         });
         // A corrected angle moves the load, not the virtual one.

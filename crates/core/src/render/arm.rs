@@ -83,10 +83,10 @@ impl<T: Scalar> Block<T> for ArmRendering<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut ArmState<T>, motion: VelocityObserverOutput<T>, dt: T) -> ArmOutput<T> {
-        let known = state.started.gt(T::of(0.5));
-        let seen = |before: T, now: T| known.select(before, now);
-        let (angle, velocity) = (seen(state.angle, motion.angle), seen(state.velocity, motion.velocity));
-        let acceleration = seen(state.acceleration, motion.acceleration);
+        let started = state.started.gt(T::of(0.5));
+        let delayed = |before: T, now: T| started.select(before, now);
+        let (angle, velocity) = (delayed(state.angle, motion.angle), delayed(state.velocity, motion.velocity));
+        let acceleration = delayed(state.acceleration, motion.acceleration);
 
         // The carriage's velocity goes from what it was to its mean over the last sample, and from there to what it is.
         let mean = (motion.angle - angle) / dt;

@@ -43,7 +43,7 @@ pub(super) fn slide<T: Scalar>(friction: &Friction<T>, memory: &mut Memory<T>, v
 impl<T: Scalar> LawInput<T> {
     /// Inputs of the observer.
     #[inline(always)]
-    pub(super) fn seen(&self, state: &LawState<T>) -> DriveObserverInput<T> {
+    pub(super) fn observed(&self, state: &LawState<T>) -> DriveObserverInput<T> {
         DriveObserverInput {
             angle: self.angle,
             motor_velocity: self.motor_velocity,
@@ -63,10 +63,10 @@ impl<T: Scalar> Block<T> for BristleDifference<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
-        let seen = input.seen(state);
+        let observed = input.observed(state);
         let mut memory = state.desired_memory;
         let desired = &self.desired;
-        self.observer.follow(&mut state.observer, &seen, dt, |middle, h| {
+        self.observer.follow(&mut state.observer, &observed, dt, |middle, h| {
             slide(desired, &mut memory, middle.velocity, h);
         });
         state.desired_memory = memory.without_nan();

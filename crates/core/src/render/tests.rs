@@ -82,7 +82,7 @@ impl Rig {
         rig
     }
 
-    fn seen(&self, speed: f64) -> LawInput<f64> {
+    fn input_at(&self, speed: f64) -> LawInput<f64> {
         let DriveState { angle, velocity, motor_velocity, load_current: current, .. } = self.drive;
         let motor_torque = desired().torque(speed) + 0.1 * (speed - motor_velocity);
         LawInput { estimated_velocity: velocity, angle, motor_velocity, acceleration: 0.0, current, motor_torque }
@@ -90,7 +90,7 @@ impl Rig {
 
     /// The torque that the law asks for; the drive has then moved on.
     fn tick(&mut self, law: &Law<f64>, speed: f64) -> f64 {
-        let input = self.seen(speed);
+        let input = self.input_at(speed);
         let torque = law.render(&mut self.law, input, DT).torque;
         let DriveObserver { model, steps, .. } = observer();
         let voltage = model.winding.resistance * torque / model.winding.torque_constant
@@ -146,7 +146,7 @@ fn a_non_finite_number_reaches_neither_the_motor_nor_the_state() {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for place in 0..5 {
                 let mut rig = Rig::settled(&law, 2.0);
-                let mut input = rig.seen(2.0);
+                let mut input = rig.input_at(2.0);
                 let fields = [
                     &mut input.estimated_velocity,
                     &mut input.angle,

@@ -51,7 +51,7 @@ impl Identified {
     }
 
     /// Whether the data determine it.
-    pub fn known(&self) -> bool {
+    pub fn is_determined(&self) -> bool {
         self.standard_uncertainty <= UNKNOWN * self.value.abs() || self.key.ends_with("offset")
     }
 
@@ -148,7 +148,7 @@ fn doubt(before: &ModelUncertainty<f64>, numbers: &[Identified]) -> ModelUncerta
     let find = |key: &str| numbers.iter().find(|number| number.key == key);
     let share = |key: &str, otherwise: f64| {
         find(key)
-            .filter(|number| number.known())
+            .filter(|number| number.is_determined())
             .map_or(otherwise, |number| number.standard_uncertainty / number.value.abs())
     };
     let friction = |key| share(key, before.friction);
@@ -189,7 +189,7 @@ pub(super) fn model(before: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
         ("viscous_friction", &mut model.own.viscous_friction),
     ];
     for (key, place) in places {
-        if let Some(number) = numbers.iter().find(|number| number.key == key).filter(|number| number.known()) {
+        if let Some(number) = numbers.iter().find(|number| number.key == key).filter(|number| number.is_determined()) {
             *place = number.value;
         }
     }

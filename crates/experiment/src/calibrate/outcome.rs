@@ -75,7 +75,7 @@ impl Calibration {
             plateau.dropped.map(|reason| format!("At {} rad/s: {reason}", number(plateau.set_velocity, 2)))
         });
         let mut warnings: Vec<String> = dropped.collect();
-        let unknown = values.iter().filter(|number| !number.known());
+        let unknown = values.iter().filter(|number| !number.is_determined());
         warnings.extend(unknown.map(|number| {
             format!(
                 "Not identifiable: {}, standard uncertainty {:.0} %; the model keeps its value. {}",

@@ -51,7 +51,7 @@ impl Demo {
         let caption = format!(
             "Torque at {} constant speeds at the active preload: the noisy signal, its mean on each plateau with the \
              95\u{a0}% interval, and the fitted Stribeck curve, residual {} rms; figure 10 of the paper.",
-            self.own.curve.kept().count(),
+            self.own.curve.valid().count(),
             torque(fit.rms),
         );
         ("figure-10.svg", figure, caption)

@@ -210,7 +210,7 @@ fn run(
     };
     // The bench continues after a fault of the external code.
     let (mut external, lateness) = bench.take_back(&preset.bench)?.expect("the bench has the external code");
-    let fault = fault.map(|reason| match external.said() {
+    let fault = fault.map(|reason| match external.message() {
         Some(message) => format!("{reason} Its message: {}.", message.trim_end_matches('.')),
         None => reason,
     });
@@ -279,8 +279,9 @@ impl Loaded {
         remarks.extend(self.clocked.iter().flat_map(TimingReport::warnings));
         match &self.fault {
             Some(fault) => remarks.push(format!("The bench stopped: {fault}")),
-            None => remarks
-                .extend(self.external.said().map(|message| format!("Its message: {}.", message.trim_end_matches('.')))),
+            None => remarks.extend(
+                self.external.message().map(|message| format!("Its message: {}.", message.trim_end_matches('.'))),
+            ),
         }
         remarks
     }

@@ -68,7 +68,7 @@ impl Rendered {
         let limit = role::torque_limit(self.role, &preset.model, &preset.bench);
         let torques = velocities.map(|velocity| {
             let torque = steady(external, velocity, role::period(self.role, &preset.bench), limit);
-            torque.map(|torque| (velocity, torque)).map_err(|fault| external.told(fault).to_string())
+            torque.map(|torque| (velocity, torque)).map_err(|fault| external.fault(fault).to_string())
         });
         self.alone = torques.collect();
     }
@@ -84,7 +84,7 @@ impl Rendered {
 
     fn deviation(&self, curve: &FrictionCurve, preset: &Preset<f64>) -> Deviation {
         let of = |plateau: &Plateau| (plateau.velocity, plateau.torque - self.expected(plateau, preset));
-        let all: Vec<(f64, f64)> = curve.kept().map(of).collect();
+        let all: Vec<(f64, f64)> = curve.valid().map(of).collect();
         let square: f64 = all.iter().map(|(_, deviation)| deviation * deviation).sum();
         let none = (f64::NAN, f64::NAN);
         let largest = all.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or(none);
@@ -144,7 +144,7 @@ impl Rendered {
                 largest.abs(),
                 "N m",
             );
-            summary.result(&format!("{source}.plateaus"), curve.kept().count() as f64, "1");
+            summary.result(&format!("{source}.plateaus"), curve.valid().count() as f64, "1");
             summary.result(&format!("{source}.dropped_plateaus"), curve.dropped().count() as f64, "1");
             for plateau in &curve.plateaus {
                 summary.row([

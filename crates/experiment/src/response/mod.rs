@@ -19,7 +19,7 @@ use stickslip_core::control::{Cascade, PositionController};
 
 use super::breakaway::go_to;
 use super::friction::hold_speed;
-use super::{give_back, kept};
+use super::{completed, give_back};
 use answer::evaluate;
 use plan::{ACCELERATION, Pass, RUN_IN, SETTLING};
 use stickslip_base::{Error, Watch};
@@ -72,7 +72,7 @@ pub fn measure_response(plan: &ResponsePlan<f64>, bench: &mut dyn Bench, watch: 
     hold_speed(bench)?;
     let mut ticks = Vec::new();
     let ended = visit(plan, &pass, &waves, first.angle, bench, watch, &mut ticks);
-    let complete = kept(give_back(bench, ended), ticks.len() >= 2 * samples)?;
+    let complete = completed(give_back(bench, ended), ticks.len() >= 2 * samples)?;
     let last = bench.step(Command::default())?;
     let count = bench.model().encoder.resolution();
     let duration = (last.cycle - first.cycle) as f64 * dt;

@@ -88,7 +88,7 @@ impl CalibrationRun {
     }
 
     fn unknown(&self) -> usize {
-        self.calibration.values.iter().filter(|number| !number.known()).count()
+        self.calibration.values.iter().filter(|number| !number.is_determined()).count()
     }
 
     /// Calibrated numbers and those of the data sheet.

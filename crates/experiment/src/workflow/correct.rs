@@ -80,7 +80,7 @@ pub struct Corrected<R> {
     /// All measurements in their order; the first is without correction.
     pub iterations: Vec<Iteration<R>>,
     /// Index of the best measurement, never worse than the first.
-    pub kept: usize,
+    pub best_index: usize,
     /// Reason of the end.
     pub stopped: Stopped,
 }
@@ -88,7 +88,7 @@ pub struct Corrected<R> {
 impl<R> Corrected<R> {
     /// The measurement under the best correction.
     pub fn best(&self) -> &Iteration<R> {
-        &self.iterations[self.kept]
+        &self.iterations[self.best_index]
     }
 }
 
@@ -105,7 +105,7 @@ pub fn correct<R>(
 ) -> Result<Corrected<R>, Error> {
     let (mut table, mut correction) =
         (CorrectionTable { torque: [0.0; CORRECTION_POINTS], ..table }, Correction::Nothing);
-    let (mut iterations, mut kept): (Vec<Iteration<R>>, usize) = (Vec::new(), 0);
+    let (mut iterations, mut best_index): (Vec<Iteration<R>>, usize) = (Vec::new(), 0);
     let stopped = loop {
         let measured = match measure(correction) {
             Err(Error::Cancelled) if !iterations.is_empty() => break Stopped::Cancelled,
@@ -116,13 +116,13 @@ pub fn correct<R>(
         let [error, uncertainty] = rms(&lacking);
         let last = iterations.len();
         iterations.push(Iteration { correction, error, uncertainty, measured });
-        let before = &iterations[kept];
+        let before = &iterations[best_index];
         // Not `error ≥ …`: NaN must not count as better.
         let better = error < before.error - (uncertainty + before.uncertainty);
         if last > 0 && !better {
             break Stopped::NoBetter;
         }
-        kept = last;
+        best_index = last;
         if lacking.len() < 2 {
             break Stopped::TooFew;
         }
@@ -138,7 +138,7 @@ pub fn correct<R>(
         }
         correction = Correction::Table(table);
     };
-    Ok(Corrected { iterations, kept, stopped })
+    Ok(Corrected { iterations, best_index, stopped })
 }
 
 /// RMS of the missing torque, and its standard error [N m].
@@ -192,7 +192,7 @@ pub fn table(plan: &FrictionPlan<f64>, start: f64) -> CorrectionTable<f64> {
 
 /// Missing torque of a measured curve on each valid plateau above a speed [rad/s].
 pub fn missing(curve: &FrictionCurve, desired: &Stribeck<f64>, start: f64) -> Vec<Missing> {
-    let plateaus = curve.kept().filter(|plateau| plateau.set_velocity.abs() > start);
+    let plateaus = curve.valid().filter(|plateau| plateau.set_velocity.abs() > start);
     let missing = plateaus.map(|plateau| Missing {
         speed: plateau.velocity.abs(),
         torque: plateau.set_velocity.signum() * (desired.torque(plateau.velocity) - plateau.torque),

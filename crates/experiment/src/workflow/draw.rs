@@ -33,7 +33,7 @@ pub(crate) fn plateaus(role: Role, curve: &FrictionCurve) -> Series {
 
 /// The parts of all plateaus that slid: the noisy signal.
 pub fn points(curve: &FrictionCurve) -> impl Iterator<Item = (f64, f64)> + '_ {
-    curve.kept().flat_map(|plateau| plateau.blocks.iter().map(|block| (block.velocity, block.torque)))
+    curve.valid().flat_map(|plateau| plateau.blocks.iter().map(|block| (block.velocity, block.torque)))
 }
 
 /// The noisy signal of the own friction.
@@ -43,7 +43,7 @@ pub fn measured(curve: &FrictionCurve) -> Series {
 
 /// The same with both directions on the positive side.
 pub(crate) fn folded_points(curve: &FrictionCurve) -> impl Iterator<Item = (f64, f64)> + '_ {
-    curve.kept().flat_map(|plateau| {
+    curve.valid().flat_map(|plateau| {
         let sign = plateau.set_velocity.signum();
         plateau.blocks.iter().map(move |block| (sign * block.velocity, sign * block.torque))
     })

@@ -51,14 +51,14 @@ impl Experiment {
         let provenance = Provenance::new(command, None, parameters::write_commented(&self.preset));
         let mut report = Report::new("Friction measured, designed and rendered", provenance);
         if let Some(rendered) = &self.rendered {
-            report = report.summary(rendered.told());
+            report = report.summary(rendered.summary_text());
         }
         if let Some((measured, fits)) = &self.own {
             let fitted = fits.as_ref().and_then(|fits| Some((fits, fits.fits.first()?)));
             for (name, estimate) in fitted.iter().flat_map(|(_, one)| one.fit.lines()) {
                 report = report.key(format!("own {name}"), estimate);
             }
-            report = added(report.heading("Own friction").paragraph(measured.told()), measured);
+            report = added(report.heading("Own friction").paragraph(measured.summary_text()), measured);
             if let Some((fits, one)) = fitted {
                 report = report.list(fits.advice(one));
             }

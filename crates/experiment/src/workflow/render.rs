@@ -128,7 +128,7 @@ impl Rendering {
     /// RMS error inside expected under the law [N m], for the spread of the estimated velocity on each plateau: noise
     /// of the observer and motion of the load, excited by the steps at the fade limits.
     pub fn expected_inside_fade(&self) -> f64 {
-        let plateaus = self.curve.kept().map(|plateau| (plateau.set_velocity, plateau.velocity_spread));
+        let plateaus = self.curve.valid().map(|plateau| (plateau.set_velocity, plateau.velocity_spread));
         expected_inside_fade(&self.law, plateaus)
     }
 
@@ -155,7 +155,7 @@ impl Rendering {
     }
 
     /// Adds key numbers and figures; `own` as in [`figures`](Self::figures).
-    pub fn told_in(&self, report: Report, own: Option<&Series>) -> Report {
+    pub fn add_to(&self, report: Report, own: Option<&Series>) -> Report {
         let report = self.keys().into_iter().fold(report, |report, (name, estimate)| report.key(name, estimate));
         self.figures(own.cloned()).into_iter().fold(report, |report, (_, figure, caption)| {
             report.section(Section::Figure { figure: Box::new(figure), caption })
@@ -283,7 +283,7 @@ impl Rendering {
         let (fastest, fade) = (self.drawn_to(), self.law.fade_velocity);
         let measured = self
             .curve
-            .kept()
+            .valid()
             .flat_map(|plateau| plateau.blocks.iter().map(|block| (block.velocity, block.load_torque)));
         let commanded = grid(fastest).map(|velocity| (velocity, self.law.torque(velocity)));
         let figure = load("Difference torque, and torque of the load motor")
@@ -376,13 +376,13 @@ impl RenderRun {
 
     /// Results of the corrections, in lines for a terminal; empty without corrections.
     pub fn lines(&self) -> Vec<String> {
-        let Corrected { iterations, kept, stopped } = &self.corrected;
+        let Corrected { iterations, best_index, stopped } = &self.corrected;
         if iterations.len() == 1 && *stopped == Stopped::Enough {
             return Vec::new();
         }
         let breakaway = self.rendering().law.desired.breakaway_torque;
         let line = |(k, iteration): (usize, &Iteration<Rendering>)| {
-            let mark = if k == *kept { ", active" } else { "" };
+            let mark = if k == *best_index { ", active" } else { "" };
             format!("after {k} corrections        {} % of M_S{mark}", number(100.0 * iteration.error / breakaway, 3))
         };
         iterations.iter().enumerate().map(line).chain([format!("Ended: {stopped}.")]).collect()
@@ -392,7 +392,7 @@ impl RenderRun {
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("render");
         let rendering = self.rendering();
-        let Corrected { iterations, kept, .. } = &self.corrected;
+        let Corrected { iterations, best_index, .. } = &self.corrected;
         summary
             .result("render.complete", f64::from(u8::from(self.complete())), "1")
             .result("render.preload", self.preset.plant.wheel.preload, "1")
@@ -406,7 +406,7 @@ impl RenderRun {
             )
             .result("margin.chatter", rendering.margin.predicted_chatter, "N m")
             .result("render.corrections", (iterations.len() - 1) as f64, "1")
-            .result("render.corrections_kept", *kept as f64, "1")
+            .result("render.corrections_kept", *best_index as f64, "1")
             .result("render.rms_error_uncorrected", iterations[0].error, "N m");
         rendering.add_to(&mut summary);
         for (k, iteration) in iterations.iter().enumerate() {
@@ -415,7 +415,7 @@ impl RenderRun {
                 ("corrections", k.into()),
                 ("rms_error", iteration.error.into()),
                 ("uncertainty", iteration.uncertainty.into()),
-                ("kept", (k == *kept).into()),
+                ("kept", (k == *best_index).into()),
             ]);
         }
         rows(&mut summary, "rendered", &rendering.curve);
@@ -429,7 +429,7 @@ impl RenderRun {
         let title = if self.complete() { "Rendered friction" } else { "Rendered friction (incomplete)" };
         let report = Report::new(title, provenance)
             .summary([rendering.verdict()].into_iter().chain(self.lines()).collect::<Vec<_>>().join(" "));
-        rendering.told_in(report, self.own.as_ref())
+        rendering.add_to(report, self.own.as_ref())
     }
 
     /// The best correction, as columns.

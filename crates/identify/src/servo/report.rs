@@ -43,7 +43,7 @@ fn main_result(found: &ServoIdentification) -> String {
     let beside = published.map_or(String::new(), |rms| format!("; that of the best published model is {}", angle(rms)));
     format!(
         "Simulated in the closed loop with the servo's own controller, the best model ({}) gives the angle of the runs \
-         that no fit saw ({}) within {} rms{beside}. The duty that the servo recorded is {} to {} times that of the \
+         that its fit did not use ({}) within {} rms{beside}. The duty that the servo recorded is {} to {} times that of the \
          controller in the machine file.",
         best.fitted.kind.title(),
         names.join(", "),

@@ -146,7 +146,7 @@ impl Live {
     pub fn export_run(&self, number: i64, name: &str, kind: &str, watch: &Watch) -> Result<File, Error> {
         let from = self.run_file(number, name)?;
         // Checked before it becomes part of a file name.
-        export::known(kind)?;
+        export::check_kind(kind)?;
         let to = tempfile::Builder::new().suffix(&format!(".{kind}")).tempfile();
         let to = to.map_err(|source| Error::file(&std::env::temp_dir(), "write into", source))?.into_temp_path();
         export::export(&from, &to, &Part::default(), watch)?;

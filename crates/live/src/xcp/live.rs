@@ -24,8 +24,8 @@ impl LiveBench {
 }
 
 impl Bench for LiveBench {
-    fn seen(&self) {
-        self.live.seen(&self.client);
+    fn note_activity(&self) {
+        self.live.note_activity(&self.client);
     }
 
     fn left(&self) {

@@ -34,7 +34,7 @@ use stickslip_recording::capture::Tap;
 /// The bench of a slave.
 pub trait Bench {
     /// Notes activity of the master.
-    fn seen(&self);
+    fn note_activity(&self);
     /// Notes that the master has disconnected.
     fn left(&self);
     /// The newest cycle: its number and its signals.

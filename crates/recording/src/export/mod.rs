@@ -65,7 +65,7 @@ const LOOK: u64 = 16_384;
 ///
 /// # Errors
 /// [`Error::Unknown`] with the known kinds.
-pub fn known(kind: &str) -> Result<(), Error> {
+pub fn check_kind(kind: &str) -> Result<(), Error> {
     if KINDS.contains(&kind) { Ok(()) } else { Err(unknown(kind.to_owned())) }
 }
 

@@ -76,7 +76,7 @@ fn pitch_ripple_and_offset_of_a_real_axis_are_identified() {
     let curve = measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent()).unwrap();
     // Screw and wheel ripple by 5 %, of the friction without the offset, which the mean over both directions lacks.
     assert!((curve.ripple - 0.05).abs() < 0.012, "{}", curve.ripple);
-    for plateau in curve.kept() {
+    for plateau in curve.valid() {
         let exact = true_friction::own_friction(bench.true_plant(), plateau.velocity);
         assert!((plateau.torque - exact).abs() <= 6e-3 + 3.0 * plateau.standard_error, "{plateau:?}: {exact}");
     }
@@ -93,7 +93,7 @@ fn a_ripple_of_the_own_friction_is_not_attributed_to_the_load_motor() {
     let curve = measure_friction(&plan, &mut bench, true, &Watch::silent()).unwrap();
     assert!((curve.ripple - 0.1).abs() < 0.005, "{}", curve.ripple);
     let desired = preset.bench.desired;
-    for plateau in curve.kept() {
+    for plateau in curve.valid() {
         let wrong = (plateau.torque - desired.torque(plateau.velocity)).abs();
         // Measured: 0.13 % of M_S. As a share of all friction the fast plateaus would give 0.16, and the slow ones be
         // off by 6 % of M_S.

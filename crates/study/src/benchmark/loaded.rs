@@ -82,7 +82,7 @@ impl Loaded {
         }
         match failed {
             // A failed instance is not used again.
-            Some(why) => drop(lock(fault).get_or_insert(external.told(why))),
+            Some(why) => drop(lock(fault).get_or_insert(external.fault(why))),
             None => lock(idle).push(external),
         }
         Ok(course)

@@ -39,7 +39,7 @@ mod report;
 mod study;
 mod test_bed;
 
-pub use plan::{Group, Plan, Selection, known};
+pub use plan::{Group, Plan, Selection, by_name};
 pub use stickslip_simulate::fidelity::*;
 pub use study::{Outcome, Row, run_plan};
 pub use test_bed::TestBed;

@@ -106,10 +106,10 @@ impl Selection {
     /// # Errors
     /// [`Error::NothingToCompare`] for an unknown name; as [`TestBed::find`].
     pub fn plan(&self) -> Result<Plan, Error> {
-        let mismatches: Vec<Mismatch> = known("mismatch", &self.mismatches, MISMATCHES, |mismatch| mismatch.name)?;
-        let scenarios: Vec<Scenario> = known("scenario", &self.scenarios, SCENARIOS, |scenario| scenario.name)?;
+        let mismatches: Vec<Mismatch> = by_name("mismatch", &self.mismatches, MISMATCHES, |mismatch| mismatch.name)?;
+        let scenarios: Vec<Scenario> = by_name("scenario", &self.scenarios, SCENARIOS, |scenario| scenario.name)?;
         let laws: Vec<(&str, ())> = LAWS.iter().map(|(name, _)| (*name, ())).chain([(AUTO, ())]).collect();
-        known("law", &self.laws, &laws, |law| law.0)?;
+        by_name("law", &self.laws, &laws, |law| law.0)?;
         let mut groups: Vec<Group> = Vec::new();
         for block in if self.quick { quick() } else { full() } {
             groups.extend(self.groups(&Block {
@@ -183,7 +183,7 @@ fn chosen<T>(all: Vec<T>, selection: &[T], same: impl Fn(&T, &T) -> bool) -> Vec
 ///
 /// # Errors
 /// [`Error::NothingToCompare`] with the first unknown name.
-pub fn known<T: Copy>(
+pub fn by_name<T: Copy>(
     what: &'static str,
     names: &[String],
     all: &[T],

@@ -31,7 +31,7 @@ fn run(
 #[test]
 fn each_correction_leaves_a_fifth() {
     let corrected = run(3, bench(1.0, 0.01, 0.0));
-    assert_eq!((corrected.kept, corrected.stopped.clone()), (3, Stopped::Enough));
+    assert_eq!((corrected.best_index, corrected.stopped.clone()), (3, Stopped::Enough));
     for pair in corrected.iterations.windows(2) {
         let ratio = pair[1].error / pair[0].error;
         assert!((ratio - 0.2).abs() < 0.02, "{ratio}");
@@ -61,7 +61,10 @@ fn a_correction_that_increases_the_error_is_reverted() {
     // The gain is four, or has the opposite sign.
     for arrives in [4.0, -1.0] {
         let corrected = run(20, bench(arrives, 0.01, 0.0));
-        assert_eq!((corrected.iterations.len(), corrected.kept, corrected.stopped.clone()), (2, 0, Stopped::NoBetter));
+        assert_eq!(
+            (corrected.iterations.len(), corrected.best_index, corrected.stopped.clone()),
+            (2, 0, Stopped::NoBetter)
+        );
         assert!(corrected.iterations[1].error > corrected.iterations[0].error);
         assert_eq!(corrected.best().correction, Correction::Nothing);
     }
@@ -75,7 +78,7 @@ fn a_non_finite_error_is_not_an_improvement() {
         let torque = if cycle > 1.0 { f64::NAN } else { 0.01 };
         Ok(vec![Missing { speed: 1.0, torque, standard_error: 1e-5 }; 3])
     });
-    assert_eq!((corrected.kept, corrected.stopped.clone()), (0, Stopped::NoBetter));
+    assert_eq!((corrected.best_index, corrected.stopped.clone()), (0, Stopped::NoBetter));
 }
 
 #[test]
@@ -86,14 +89,17 @@ fn a_cancellation_or_a_fault_returns_the_best_and_too_few_plateaus_end_it() {
         cycle += 1;
         if cycle > 2 { Err(Error::Cancelled) } else { whole(correction) }
     });
-    assert_eq!((corrected.iterations.len(), corrected.kept, corrected.stopped.clone()), (2, 1, Stopped::Cancelled));
+    assert_eq!(
+        (corrected.iterations.len(), corrected.best_index, corrected.stopped.clone()),
+        (2, 1, Stopped::Cancelled)
+    );
     let mut whole = bench(1.0, 0.01, 0.0);
     let fault = || Error::BenchFault { cycle: 9, reason: "too fast".into() };
     let corrected =
         run(20, |correction| if correction == Correction::Nothing { whole(correction) } else { Err(fault()) });
-    assert_eq!((corrected.kept, corrected.stopped.clone()), (0, Stopped::Fault("too fast".into())));
+    assert_eq!((corrected.best_index, corrected.stopped.clone()), (0, Stopped::Fault("too fast".into())));
     let few = run(20, |_| Ok(vec![Missing { speed: 1.0, torque: 0.01, standard_error: 1e-5 }]));
-    assert_eq!((few.kept, few.stopped.clone()), (0, Stopped::TooFew));
+    assert_eq!((few.best_index, few.stopped.clone()), (0, Stopped::TooFew));
     assert!(correct(table(), 1, Vec::clone, |_| Err::<Vec<Missing>, _>(Error::Cancelled)).is_err());
 }
 
@@ -127,18 +133,18 @@ fn on_the_bench(strength: f64) -> Corrected<Rendering> {
 #[test]
 fn a_weak_load_motor_is_corrected_and_a_far_too_strong_one_is_not() {
     let weak = on_the_bench(0.5);
-    assert_eq!((weak.kept, weak.stopped.clone()), (2, Stopped::Enough), "{:?}", errors(&weak));
+    assert_eq!((weak.best_index, weak.stopped.clone()), (2, Stopped::Enough), "{:?}", errors(&weak));
     for pair in errors(&weak).windows(2) {
         // 1 − 0.8·0.5 remains.
         assert!((pair[1] / pair[0] - 0.6).abs() < 0.05, "{:?}", errors(&weak));
     }
     // An excess that is corrected far too much is worse than before.
     let strong = on_the_bench(3.0);
-    assert_eq!((strong.kept, strong.stopped.clone()), (0, Stopped::NoBetter), "{:?}", errors(&strong));
+    assert_eq!((strong.best_index, strong.stopped.clone()), (0, Stopped::NoBetter), "{:?}", errors(&strong));
     // Or the correction blocks the axis: supervision ends the measurement.
     let blocks = on_the_bench(8.0);
     assert!(
-        blocks.kept == 0 && matches!(blocks.stopped, Stopped::Fault(_)),
+        blocks.best_index == 0 && matches!(blocks.stopped, Stopped::Fault(_)),
         "{:?}: {}",
         errors(&blocks),
         blocks.stopped

@@ -84,14 +84,14 @@ impl Outcome for FrictionCurve {
             .series(plateaus(Role::Reference, self));
         let caption = format!(
             "Torque at {} constant speeds: the noisy signal, and its mean on each plateau with the 95\u{a0}% interval.",
-            self.kept().count()
+            self.valid().count()
         );
         (figure, caption)
     }
 
     fn add_to(&self, summary: &mut Summary) {
         summary
-            .result("measure.plateaus", self.kept().count() as f64, "1")
+            .result("measure.plateaus", self.valid().count() as f64, "1")
             .result("measure.dropped_plateaus", self.dropped().count() as f64, "1")
             .result("measure.ripple", self.ripple, "1");
         rows(summary, "own", self);

@@ -125,7 +125,7 @@ impl Outcome for Tracked {
             column("commanded_torque", "N m", of(|sample| sample.torque)),
             column("friction_torque", "N m", self.friction()),
         ];
-        let features = self.seen();
+        let features = self.features();
         for (index, (name, unit)) in FEATURE_COLUMNS.iter().enumerate() {
             columns.push(column(name, unit, features.iter().map(|sample| sample[index]).collect()));
         }

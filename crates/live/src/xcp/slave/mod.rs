@@ -115,7 +115,7 @@ impl Slave {
         if !self.connected && code != 0xff {
             return None;
         }
-        bench.seen();
+        bench.note_activity();
         let outcome = match (code, &mut self.waiting) {
             (0xfc, waiting) => {
                 // The master no longer waits for the response.

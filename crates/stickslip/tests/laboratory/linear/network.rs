@@ -149,7 +149,7 @@ fn a_record_of_tracking_has_friction_and_features_of_each_sample() {
     assert!(record.complete && (record.duration - record.samples.len() as f64 * record.period).abs() < 2.0);
     let own = trained().model.own;
     let (mut error, mut count, mut largest) = (0.0, 0.0, [0.0f64; FEATURES]);
-    for ((sample, features), torque) in record.samples.iter().zip(record.seen()).zip(record.friction()) {
+    for ((sample, features), torque) in record.samples.iter().zip(record.features()).zip(record.friction()) {
         for (largest, feature) in largest.iter_mut().zip(features) {
             *largest = largest.max(feature);
         }

@@ -247,5 +247,5 @@ fn the_folder_of_an_fmu_is_removed_even_after_a_crash() {
     external.begin(1e-3, 1.0).unwrap();
     let crashed = (0..301).find_map(|_| external.step(&ModuleSample::default()).err());
     assert_eq!(crashed, Some(ExternalFault::Crashed { signal: 11 }));
-    assert_eq!(external.said().as_deref(), Some("Step 300: the angle is wrong."));
+    assert_eq!(external.message().as_deref(), Some("Step 300: the angle is wrong."));
 }

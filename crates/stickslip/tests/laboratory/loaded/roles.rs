@@ -82,7 +82,7 @@ fn a_built_in_friction_as_a_library_is_rendered_as_the_built_in_one() {
     };
     let external = measured(Some(External::trusted(&path, Role::Friction).unwrap()));
     let built_in = measured(None);
-    assert!(external.kept().count() == 10 && built_in.kept().count() == 10);
+    assert!(external.valid().count() == 10 && built_in.valid().count() == 10);
     let largest = external.plateaus.iter().zip(&built_in.plateaus).fold(0.0f64, |most, (a, b)| {
         println!("{:8.3} rad/s: {:.5} {:.5} ± {:.5} N m", a.set_velocity, a.torque, b.torque, b.standard_error);
         most.max((a.torque - b.torque).abs())

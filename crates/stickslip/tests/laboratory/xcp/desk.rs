@@ -60,7 +60,7 @@ impl Desk {
 }
 
 impl Bench for Desk {
-    fn seen(&self) {}
+    fn note_activity(&self) {}
 
     fn left(&self) {
         self.left.set(self.left.get() + 1);
