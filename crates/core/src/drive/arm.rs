@@ -1,4 +1,4 @@
-//! An elastic positioning arm on the carriage, as the virtual machine carries it and as the load motor renders it.
+//! Elastic positioning arm on the carriage: mounted on the virtual machine, or rendered by the load motor.
 
 use super::flow;
 use crate::Fields;
@@ -8,24 +8,24 @@ use crate::scalar::Scalar;
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum Arm<T> {
-    /// Nothing.
+    /// No arm.
     Nothing,
     /// An elastic arm.
     Elastic(ElasticArm<T>),
 }
 
-/// An arm reduced to the screw: a part that moves with the carriage, and one mode, a mass on a spring that the carriage
-/// drags along.
+/// Elastic arm, reduced to the screw: a rigid part that moves with the carriage, and one mode, a mass coupled to the
+/// carriage by a spring and a damper.
 ///
 /// ```text
-/// J_a·φ̈_a = −M_a,   M_a = k_a·(φ_a − φ) + d_a·(φ̇_a − φ̇);   the carriage feels M_a − J_r·φ̈
+/// J_a·φ̈_a = −M_a,   M_a = k_a·(φ_a − φ) + d_a·(φ̇_a − φ̇);   torque on the carriage: M_a − J_r·φ̈
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct ElasticArm<T> {
     /// Inertia of the mode.
     #[field(symbol = "J_a", unit = "kg m^2", range = 1e-8..=1.0, default = 1.2e-4)]
     pub inertia: T,
-    /// Stiffness; (2π·10 Hz)²·J_a.
+    /// Stiffness. Default: (2π·10 Hz)²·J_a.
     #[field(symbol = "k_a", unit = "N m/rad", range = 1e-4..=1e4, default = 0.474)]
     pub stiffness: T,
     /// Damping.
@@ -37,13 +37,13 @@ pub struct ElasticArm<T> {
 }
 
 impl<T: Scalar> ElasticArm<T> {
-    /// Torque on the carriage [N m], with positive motion, for the mode's twist [rad] and its rate [rad/s].
+    /// Torque on the carriage [N m], in the positive direction, for the mode's twist [rad] and its rate [rad/s].
     #[inline(always)]
     pub fn torque(&self, twist: T, rate: T) -> T {
         self.stiffness * twist + self.damping * rate
     }
 
-    /// Exact flow of twist and rate over a time [s] in which the carriage moves steadily.
+    /// Exact flow of twist and rate over a time [s] in which the velocity of the carriage is constant.
     pub fn flow(&self, time: T) -> [[T; 2]; 2] {
         let (zero, one) = (T::of(0.0), T::of(1.0));
         flow(&[[zero, one], [-self.stiffness / self.inertia, -self.damping / self.inertia]], time)
@@ -58,10 +58,11 @@ impl ElasticArm<f64> {
 }
 
 impl<T: Scalar> Arm<T> {
-    /// Kick at the middle of a step: torque of the mode on the carriage [N m] with positive motion, and the arm's new
-    /// velocity.
+    /// Kick in the middle of a step: torque of the mode on the carriage [N m], in the positive direction, and the new
+    /// velocity of the arm [rad/s].
     ///
-    /// `twist` [rad] at the middle, `velocity` of the arm and `carriage` of the carriage [rad/s].
+    /// `twist` [rad] is that in the middle; `velocity` [rad/s] is that of the arm, `carriage` [rad/s] that of the
+    /// carriage.
     #[inline(always)]
     pub fn kick(&self, twist: T, velocity: T, carriage: T, dt: T) -> (T, T) {
         match self {

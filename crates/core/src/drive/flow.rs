@@ -2,18 +2,18 @@
 
 use crate::scalar::Scalar;
 
-/// Halvings of the step before the series, squarings after it.
+/// Number of halvings of the step before the series, and of squarings after it.
 const HALVINGS: usize = 10;
 /// Last power of the series.
 const ORDER: usize = 12;
 
 /// e^(A·h) by scaling, Taylor series and squaring, with fixed counts, so that lanes and duals carry their own
-/// parameters. Exact to about 1e-12 of the largest entry for ‖A·h‖ ≤ 300; for inputs held over the step append them to
-/// the state with zero rows (Van Loan 1978). Runs when parameters change, not in the step.
+/// parameters. Exact to about 1e-12 of the largest entry for ‖A·h‖ ≤ 300. Inputs held over the step are appended to
+/// the state, with zero rows (Van Loan 1978). Runs when parameters change, not in the step.
 pub fn flow<T: Scalar, const N: usize>(a: &[[T; N]; N], h: T) -> [[T; N]; N] {
     let scale = h * T::of(1.0 / (1 << HALVINGS) as f64);
     let a = a.map(|row| row.map(|v| v * scale));
-    // Horner: 1 + A(1 + A/2(1 + A/3(…))), kept without the leading 1, which would swallow small entries.
+    // Horner: 1 + A(1 + A/2(1 + A/3(…))), stored without the leading 1, next to which small entries would lose digits.
     let mut small = zero();
     for power in (1..=ORDER).rev() {
         small = product(&a, &small);

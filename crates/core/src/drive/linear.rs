@@ -1,17 +1,17 @@
 //! The linear part of the drive: masses, coupling, current of the load motor, lag of the servo.
 //!
-//! It flows exactly over half a step of the well-balanced splitting, with friction and voltages held. The virtual
-//! machine and the model within an observer move by the same flow.
+//! Its flow over half a step of the well-balanced splitting is exact, with friction and voltages held. The virtual
+//! machine and the model of the observer use the same flow.
 
 use super::{TwoMass, Winding, flow};
 use crate::scalar::Scalar;
 
 /// Linear states: twist, motor velocity, velocity, load current, motor torque.
 pub(crate) const STATES: usize = 5;
-/// Inputs held over a step: torque on the motor, torque on the load, winding voltage, motor torque aimed at.
+/// Inputs held over a step: torque on the motor, torque on the load, winding voltage, reference of the motor torque.
 pub(crate) const INPUTS: usize = 4;
 
-/// Flow over half a step, column by column: one a state and an input, each with the states and the gain in angle.
+/// Flow over half a step: one column for each state and each input, with the new states and the change of angle.
 pub(crate) type HalfFlow<T> = [[T; STATES + 1]; STATES + INPUTS];
 
 /// The flow over half of `dt` [s] of a drive, its load motor and a servo amplifier of this lag [s].
@@ -58,11 +58,11 @@ pub(crate) fn half_flow<T: Scalar>(drive: &TwoMass<T>, winding: &Winding<T>, lag
     half_flow
 }
 
-/// The states and the way gone [rad] after half a step from states and inputs, in the order of the columns.
+/// New states and change of angle [rad] after half a step; `x` has states and inputs in the order of the columns.
 #[inline(always)]
 pub(crate) fn advance<T: Scalar>(half_flow: &HalfFlow<T>, x: [T; STATES + INPUTS]) -> [T; STATES + 1] {
-    // Column by column: six independent sums instead of six chains, side by side in memory. Loops without an iterator:
-    // in builds with checks its steps stay calls, a third of the time of a simulation.
+    // Column by column: six independent sums, adjacent in memory, instead of six dependent chains. No iterators: in
+    // builds with checks their steps are not inlined and take a third of the time of a simulation.
     let mut sum = half_flow[0];
     let mut row = 0;
     while row <= STATES {

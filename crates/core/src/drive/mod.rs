@@ -1,7 +1,7 @@
 //! The drive: two masses with a compliant coupling, motors and their amplifiers.
 //!
-//! All torques on the screw side, angles in rad. The same structs hold the values of the virtual machine and those of
-//! the software's model; the values differ, the equations do not.
+//! Torques refer to the screw side, angles are in rad. The same structs hold the values of the virtual machine and
+//! those of the software's model: the equations are the same, the values are independent.
 
 mod arm;
 mod flow;
@@ -93,18 +93,19 @@ pub struct Servo<T> {
     /// Largest torque, by the current limit.
     #[field(symbol = "M_max", unit = "N m", range = 1e-4..=1000.0, default = 1.4)]
     pub torque_limit: T,
-    /// Supply voltage: less the back-EMF it bounds the current.
+    /// Supply voltage. Reduced by the back-EMF, it limits the current.
     #[field(symbol = "U", unit = "V", range = 1.0..=800.0, default = 48.0)]
     pub supply_voltage: T,
 }
 
 impl<T: Scalar> Servo<T> {
-    /// Torque that the amplifier aims at [N m] for an input voltage [V], with the motor turning [rad/s]; 0 for NaN.
+    /// Torque reference of the current control [N m] for an input voltage [V] at a motor velocity [rad/s]; 0 for NaN.
     #[inline(always)]
     pub fn torque(&self, voltage: T, winding: &Winding<T>, velocity: T) -> T {
         let voltage = voltage.clamp(-self.input_limit, self.input_limit);
         let asked = (voltage * self.torque_per_volt).clamp(-self.torque_limit, self.torque_limit);
-        // Steady current at full voltage against the back-EMF; a motor that is driven faster still only brakes.
+        // Limits: torque of the steady current at full voltage against the back-EMF. Above the no-load speed only
+        // braking torque is possible.
         let constant = winding.torque_constant;
         let per_volt = constant / winding.resistance;
         let emf = constant * velocity;
@@ -142,7 +143,7 @@ impl<T: Scalar> LoadAmplifier<T> {
     }
 }
 
-/// Input of an actuator; 0 for a non-finite number.
+/// This value; 0 for NaN.
 #[inline(always)]
 pub fn nan_to_zero<T: Scalar>(value: T) -> T {
     value.le(value).select(value, T::of(0.0))

@@ -15,8 +15,8 @@ use crate::scalar::Scalar;
 /// L·di/dt = u − R·i + K·φ̇          τ·Ṁ_M = M_aim − M_M
 /// ```
 ///
-/// By the well-balanced step of the virtual machine, of which it shares flow and friction but no value: exact where
-/// linear, stable for stiff bristles, and a load at rest does not creep.
+/// Integrated by the well-balanced step of the virtual machine: it uses the same code for flow and friction, but
+/// independent values. The linear part is exact, stiff bristles are stable, and a load at rest does not creep.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveModel<T> {
     /// Masses, coupling and screw.
@@ -68,7 +68,7 @@ pub struct DriveState<T> {
 /// Inputs of the modelled drive over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveModelInput<T> {
-    /// Torque that the servo amplifier aims at.
+    /// Torque reference of the servo amplifier.
     #[field(symbol = "M_aim", unit = "N m")]
     pub motor_torque: T,
     /// Voltage at the load motor.
@@ -142,7 +142,7 @@ impl<T: Scalar> Block<T> for DriveModel<T> {
     type Input = DriveModelInput<T>;
     type Output = DriveModelOutput<T>;
 
-    // Out of line: it is long, and a law takes several steps in a tick.
+    // Not inlined: it is long, and a law calls it several times in a tick.
     #[inline(never)]
     fn step(&self, state: &mut DriveState<T>, input: DriveModelInput<T>, dt: T) -> DriveModelOutput<T> {
         let start = state.velocity;

@@ -1,4 +1,4 @@
-//! Observer of the drive with its friction inside.
+//! Observer of the drive, with friction in its model.
 
 use super::{DriveModel, DriveModelInput, DriveModelOutput, DriveState};
 use crate::Fields;
@@ -13,52 +13,53 @@ pub struct AccelerationSensor<T> {
     /// Travel of the carriage per angle of the screw.
     #[field(symbol = "1/i_h", unit = "m/rad", range = 1e-5..=1.0, default = 7.957_747_154_594_768e-4)]
     pub carriage_ratio: T,
-    /// Exact step: rows value and rate, columns value, rate and input held.
+    /// Exact step. Rows: value and rate; columns: value, rate and held input.
     #[field(unit = "1")]
     pub flow: [[T; 3]; 2],
 }
 
-/// Correction of each state per deviation of a measurement: a column for encoder, tacho and accelerometer each.
+/// Correction of each state per deviation of a measurement; one column each for encoder, tacho and accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct ObserverGains<T> {
-    /// Of the angle.
+    /// Correction of the angle.
     #[field(unit = "rad", range = -1e9..=1e9)]
     pub angle: [T; 3],
-    /// Of the twist.
+    /// Correction of the twist.
     #[field(unit = "rad", range = -1e9..=1e9)]
     pub twist: [T; 3],
-    /// Of the motor's velocity.
+    /// Correction of the motor's velocity.
     #[field(unit = "rad/s", range = -1e9..=1e9)]
     pub motor_velocity: [T; 3],
-    /// Of the velocity.
+    /// Correction of the velocity.
     #[field(unit = "rad/s", range = -1e9..=1e9)]
     pub velocity: [T; 3],
-    /// Of the torque missing in the model.
+    /// Correction of the torque missing in the model.
     #[field(unit = "N m", range = -1e9..=1e9)]
     pub torque: [T; 3],
-    /// Of the accelerometer's offset.
+    /// Correction of the accelerometer's offset.
     #[field(unit = "m/s^2", range = -1e9..=1e9)]
     pub offset: [T; 3],
-    /// Of the tacho's low-pass.
+    /// Correction of the tacho's low-pass.
     #[field(unit = "rad/s", range = -1e9..=1e9)]
     pub tacho: [T; 3],
-    /// Of the accelerometer's value.
+    /// Correction of the accelerometer's value.
     #[field(unit = "m/s^2", range = -1e9..=1e9)]
     pub acceleration: [T; 3],
-    /// Of the accelerometer's rate.
+    /// Correction of the accelerometer's rate.
     #[field(unit = "m/s^3", range = -1e9..=1e9)]
     pub acceleration_rate: [T; 3],
-    /// Of the load current, per deviation of the measured one.
+    /// Correction of the load current per deviation of the measured one.
     #[field(unit = "1", range = 0.0..=1.0, default = 0.3)]
     pub current: T,
 }
 
-/// Observer of the whole drive: the model moves in steps of its own, each measurement corrects it.
+/// Observer of the whole drive: the model takes one or more steps in a tick, and the measurements of each tick correct
+/// it.
 ///
 /// The gains are those of a stationary Kalman filter for the linear drive with an unknown torque on the load
-/// (`stickslip::design::drive_observer`): the error of the modelled friction, as long as it varies slowly. Presliding lies
-/// below a count of most encoders; what shows it is the model. The ripple of a tacho grows with speed, as no filter with
-/// constant gains can know: there are two sets, and the speed shares them out.
+/// (`stickslip::design::drive_observer`). This torque is the error of the modelled friction, provided that it varies
+/// slowly. Presliding is smaller than one count of most encoders, so that only the model shows it. The ripple of a
+/// tacho grows with speed, which constant gains cannot represent: there are two sets of gains, weighted by the speed.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveObserver<T> {
     /// The drive, prepared for a step.
@@ -66,7 +67,7 @@ pub struct DriveObserver<T> {
     /// Steps of the model in a tick.
     #[field(fixed)]
     pub steps: usize,
-    /// Step of the tacho's low-pass, as a share of the distance to its input.
+    /// Share of the difference between input and output by which the tacho's low-pass moves in a step.
     #[field(unit = "1", range = 0.0..=1.0, default = 1.0)]
     pub tacho_share: T,
     /// The accelerometer.
@@ -75,7 +76,7 @@ pub struct DriveObserver<T> {
     pub gains: ObserverGains<T>,
     /// Correction at high speed, where the commutator's ripple spoils the tacho.
     pub fast_gains: ObserverGains<T>,
-    /// Speed at which the correction is half way from the one to the other.
+    /// Speed at which the correction is the mean of both sets of gains.
     #[field(symbol = "Ω_r", unit = "rad/s", range = 1e-3..=1e6, default = 1e3)]
     pub ripple_velocity: T,
 }
@@ -100,7 +101,7 @@ pub struct DriveObserverState<T> {
     /// Accelerometer: rate.
     #[field(unit = "m/s^3")]
     pub acceleration_rate: T,
-    /// Whether it runs; the first measurements are used directly.
+    /// Whether the observer runs; its initial state is that of the first measurements.
     #[field(unit = "1", flag)]
     pub started: T,
 }
@@ -126,7 +127,7 @@ pub struct DriveObserverInput<T> {
     /// Voltage at the load motor until the next tick.
     #[field(symbol = "u", unit = "V")]
     pub voltage: T,
-    /// A velocity to start from.
+    /// Initial velocity of the observer.
     #[field(symbol = "Ω_est", unit = "rad/s")]
     pub estimated_velocity: T,
 }
@@ -171,7 +172,7 @@ impl<T: Scalar> DriveObserver<T> {
         state.acceleration_rate += by(gains.acceleration_rate);
         let missing = by(gains.torque);
         state.residual += missing;
-        // What is held has changed by as much: it acts from now on, not as a kick.
+        // The held torque changes by the same amount, so that the correction does not kick the velocity.
         state.drive.load_resistance += missing;
     }
 
@@ -197,7 +198,8 @@ impl<T: Scalar> DriveObserver<T> {
         }
     }
 
-    /// Takes the measurements in and moves on to the next tick; `passenger` sees each step and its length [s].
+    /// Corrects the state by the measurements and advances it to the next tick; `passenger` is called with each step
+    /// and its length [s].
     #[inline(always)]
     pub fn follow(
         &self,
@@ -224,7 +226,7 @@ impl<T: Scalar> DriveObserver<T> {
             state.acceleration_rate = rate[0] * a + rate[1] * v + rate[2] * felt;
             passenger(&middle, dt);
         }
-        // What no machine does is forgotten: the next measurement is taken as it is.
+        // A value that is NaN or at least 1e9 is implausible: the observer restarts with the next measurement.
         let mut sane = T::of(0.0).le(T::of(0.0));
         let _ = state.merge(state, &mut |number, _| {
             sane = sane & number.abs().lt(T::of(1e9));
@@ -236,9 +238,9 @@ impl<T: Scalar> DriveObserver<T> {
         estimate
     }
 
-    /// What the model does from the next tick on, `steps` of it, with the load motor's torque replaced by what is asked
-    /// of it: `torque` gives that [N m] for each step's middle and the own friction there [N m]. Their mean [N m], without
-    /// the first `skip`.
+    /// Predicts the model over `steps` steps from the next tick on, with the torque of the load motor given by `torque`
+    /// [N m]: a function of the middle of the step, of the own friction there [N m], and of the length of the step [s].
+    /// Returns the mean torque [N m] of all steps but the first `skip`.
     #[inline(always)]
     pub fn look_ahead(
         &self,
@@ -252,7 +254,7 @@ impl<T: Scalar> DriveObserver<T> {
         let constant = self.model.winding.torque_constant;
         let mut drive = state.drive;
         let mut asked = constant * drive.load_current;
-        // The current is taken out of the model, and what it did is held instead.
+        // The load current is removed from the model; its torque is held instead.
         drive.load_current = T::of(0.0);
         drive.load_resistance += asked;
         let mut sum = T::of(0.0);
@@ -285,7 +287,8 @@ impl<T: Scalar> Block<T> for DriveObserver<T> {
 
 #[cfg(test)]
 impl DriveObserver<f64> {
-    /// A drive of this inertia [kg m²] and friction, corrected without haste by encoder and tacho every `dt` [s].
+    /// Observer with low gains for a drive with this inertia [kg m²] and friction; encoder and tacho correct it every
+    /// `dt` [s].
     pub(crate) fn unhurried(inertia: f64, friction: crate::friction::Friction<f64>, dt: f64) -> Self {
         use crate::drive::{TwoMass, Winding};
         let steps = 8;

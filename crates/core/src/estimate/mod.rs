@@ -1,8 +1,8 @@
-//! Estimation with the drive's model: what a load does between two counts of its encoder.
+//! Estimation with a model of the drive: motion of the load between two counts of its encoder.
 //!
 //! [`DriveModel`] is the software's model of the drive, [`DriveObserver`] corrects it by encoder, tacho,
-//! accelerometer and current. Presliding lies below a count of most encoders: what shows it is the model. Where no model
-//! is trusted, [`VelocityObserver`](crate::control::VelocityObserver) needs none.
+//! accelerometer and current. Presliding is smaller than one count of most encoders, so that only the model shows it.
+//! Without a reliable model use [`VelocityObserver`](crate::control::VelocityObserver), which needs none.
 
 mod drive_model;
 mod drive_observer;
