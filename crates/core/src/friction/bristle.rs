@@ -16,14 +16,14 @@ use crate::scalar::{Mask, Scalar};
 pub trait Bristle<T: Scalar> {
     /// Sliding level g [N m] at a speed ≥ 0 [rad/s], without the viscous part.
     fn sliding(&self, speed: T) -> T;
-    /// How much of the motion slides at a deflection [rad] and a velocity [rad/s], where the sliding level is `level`
-    /// [N m].
+    /// Sliding share of the motion at a deflection [rad] and a velocity [rad/s]; `level` is the sliding level [N m].
     fn release(&self, deflection: T, velocity: T, level: T) -> Release<T>;
     /// Damping σ₁ of the bristles [N m s/rad] at a velocity [rad/s].
     fn damping(&self, velocity: T) -> T;
     /// Stiffness σ₀ of the bristles [N m/rad].
     fn stiffness(&self) -> T;
-    /// The `end` of a step within what no motion bends further [rad], from its `start`.
+    /// Deflection at the end of a step [rad], limited to what a motion from `start` [rad] can reach at this sliding
+    /// level [N m]. Default: `end`, without a limit.
     #[inline(always)]
     fn within_reach(&self, _level: T, _start: T, end: T) -> T {
         end
@@ -62,7 +62,8 @@ pub fn rate<T: Scalar>(model: &impl Bristle<T>, deflection: T, velocity: T) -> (
 pub struct Bend<T> {
     /// Deflection at the start [rad].
     pub deflection: T,
-    /// Deflection about which the release is linear [rad]: the middle's where it is known, else the start's.
+    /// Deflection about which the release is linearised [rad]: that in the middle of the step if known, otherwise that
+    /// at its start.
     pub probe: T,
     /// Velocity [rad/s].
     pub velocity: T,
@@ -85,13 +86,15 @@ pub fn advance<T: Scalar>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
     relax::<T, false>(model, bend, &Condition::reference())
 }
 
-/// The same to first order only, for a predictor: φ₁ = 1/(1 + x) and φ₂ = φ₁/2 cost no exponential, and are as stable.
+/// As [`advance`], but of first order, for a predictor: φ₁ = 1/(1 + x) and φ₂ = φ₁/2 need no exponential and are
+/// equally stable.
 #[inline(always)]
 pub fn predict<T: Scalar>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
     relax::<T, true>(model, bend, &Condition::reference())
 }
 
-/// A contact that holds more bends further and slides at a higher level; its release is the same at the same share of both.
+/// One step under a condition of the contact. Its strength multiplies the sliding level, and in proportion the
+/// deflections at which the contact releases.
 #[inline(always)]
 pub(super) fn relax<T: Scalar, const PREDICTS: bool>(
     model: &impl Bristle<T>,
@@ -103,7 +106,7 @@ pub(super) fn relax<T: Scalar, const PREDICTS: bool>(
     let level = model.sliding(speed);
     let release = model.release(probe * condition.per_strength, velocity, level);
     let level = level * condition.strength;
-    // The quotient does not wait for the release.
+    // Independent of the release, so that the processor computes both at the same time.
     let quick = model.stiffness() * speed / level;
     let decay = (release.share + release.slope) * quick;
     let rate = velocity + release.slope * quick * probe - decay * deflection;
@@ -118,7 +121,8 @@ pub(super) fn relax<T: Scalar, const PREDICTS: bool>(
 #[inline(always)]
 pub(super) fn phi<T: Scalar>(x: T) -> (T, T) {
     let one = T::of(1.0);
-    // The quotients cancel for small x: there the series up to x⁴/6!. At 1/128 it lacks 6e-15, the quotients 2e-12.
+    // For small x the quotients cancel: there the series up to x⁴/6!. At x = 1/128 its error is 6e-15, that of the
+    // quotients 2e-12.
     let small = x.lt(T::of(0.007_812_5));
     let mut series = T::of(1.0 / 720.0);
     for factorial in [120.0, 24.0, 6.0, 2.0] {
@@ -129,7 +133,7 @@ pub(super) fn phi<T: Scalar>(x: T) -> (T, T) {
     (small.select(one - x * series, quotient), small.select(series, (one - quotient) * inverse))
 }
 
-/// The same to first order.
+/// φ₁ and φ₂ of −x to first order.
 #[inline(always)]
 pub(super) fn rational_phi<T: Scalar>(x: T) -> (T, T) {
     let phi1 = T::of(1.0) / (T::of(1.0) + x);
@@ -148,7 +152,7 @@ pub struct Dahl<T> {
     /// Sliding level.
     #[field(symbol = "M_K", unit = "N m", range = 1e-6..=200.0, default = 0.180)]
     pub kinetic_torque: T,
-    /// Torque per speed of the lubricant.
+    /// Viscous torque per speed, caused by the lubricant.
     #[field(symbol = "b", unit = "N m s/rad", range = 0.0..=50.0, default = 2.0e-4)]
     pub viscous_friction: T,
     /// Stiffness of the bristles, the slope of the presliding loop at rest.
@@ -178,7 +182,7 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     }
 }
 
-/// Form of the fading of the bristle damping with speed.
+/// Form in which the damping of the bristles fades with speed.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "shape")]
 pub enum Fading<T> {
@@ -191,7 +195,7 @@ pub enum Fading<T> {
 /// The velocity of [`Fading`].
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DampingVelocity<T> {
-    /// Speed at which the damping of the bristles has faded.
+    /// Speed at which the damping of the bristles has fallen to 1/e (Gaussian) or 1/2 (rational) of its value at rest.
     #[field(symbol = "v_c", unit = "rad/s", range = 1e-4..=1e3, default = 1.2)]
     pub velocity: T,
 }
@@ -202,9 +206,9 @@ pub struct DampingVelocity<T> {
 /// ż = Ω − σ₀·|Ω|·z/g(|Ω|),   M_R = σ₀·z + σ₁(Ω)·ż + b·Ω,   g = M_K + (M_S − M_K)·e^(−|Ω|/Ω_Strib)
 /// ```
 ///
-/// Canudas de Wit et al. (1995), equations (1) to (3). With constant σ₁ it is passive only for large b; with σ₁(Ω)
-/// fading it is for v_c small enough (Åström & Canudas de Wit 2008, property 4), which is checked. Drifts under a
-/// vibrating load below breakaway; where that matters, use [`ElastoPlastic`].
+/// Canudas de Wit et al. (1995), equations (1) to (3). With constant σ₁ it is passive only for large b. With fading
+/// σ₁(Ω) it is passive if v_c is small enough (Åström & Canudas de Wit 2008, property 4), which is checked. Drifts
+/// under a vibrating load below breakaway; where that matters, use [`ElastoPlastic`].
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = LuGre::law)]
 pub struct LuGre<T> {
@@ -252,9 +256,8 @@ impl<T: Scalar> Bristle<T> for LuGre<T> {
 }
 
 impl<T: Scalar> LuGre<T> {
-    /// The largest v_c [rad/s] for which the bristles take energy and never give any: σ₁(Ω)·|Ω| ≤ 4·min g at every
-    /// speed, so v_c ≤ 4·√(2e)·min g/σ₁ for the Gaussian form and ≤ 8·min g/σ₁ for the rational one. Infinite
-    /// without damping.
+    /// Largest v_c [rad/s] for which the bristles are passive: σ₁(Ω)·|Ω| ≤ 4·min g at every speed, so
+    /// v_c ≤ 4·√(2e)·min g/σ₁ for the Gaussian form and ≤ 8·min g/σ₁ for the rational one. Infinite without damping.
     pub fn passive_damping_velocity(&self) -> T {
         // 4·√(2e)
         const GAUSSIAN: f64 = 9.326_575_266_183_9;
@@ -298,7 +301,7 @@ impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
 
     #[inline(always)]
     fn release(&self, deflection: T, velocity: T, level: T) -> Release<T> {
-        // All in torques σ₀·z, which saves the divisions.
+        // Compared as torques σ₀·z, which saves divisions.
         let steady = level;
         let elastic = (self.elastic_fraction * self.lugre.sliding.breakaway_torque).min(T::of(0.95) * steady);
         let size = self.lugre.bristle_stiffness * deflection.abs();
@@ -329,8 +332,8 @@ impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
         self.lugre.bristle_stiffness
     }
 
-    /// No motion bends the bristles beyond the steady deflection, or beyond where they started. A release that is
-    /// linear over a step longer than the elastic zone does.
+    /// No motion bends the bristles beyond the steady deflection or beyond their deflection at the start. A linearised
+    /// release would, in a step longer than the elastic zone.
     #[inline(always)]
     fn within_reach(&self, level: T, start: T, end: T) -> T {
         let most = start.abs().max(level / self.lugre.bristle_stiffness);

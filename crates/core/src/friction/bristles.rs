@@ -4,8 +4,8 @@ use super::{ElastoPlastic, Fading, Friction, LuGre, Model, Stribeck};
 use crate::Fields;
 use crate::scalar::Scalar;
 
-/// The bristles of a contact apart from its sliding curve: what a presliding measurement gives, and what a rendering law
-/// needs besides the two characteristics.
+/// Parameters of the bristles of a contact, without its sliding curve: the result of a presliding measurement, and the
+/// input of a rendering law besides the two characteristics.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Bristles<T> {
     /// Stiffness of the bristles, the slope of the presliding loop at rest.

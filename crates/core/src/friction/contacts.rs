@@ -1,4 +1,4 @@
-//! Friction of several contacts on one mass, renewed in the middle of a well-balanced step.
+//! Friction of several contacts on one mass, updated in the middle of a well-balanced step.
 //!
 //! The torque held in the previous flow is subtracted, so that only its change kicks the velocity.
 
@@ -16,15 +16,15 @@ pub(crate) struct Sliding<T> {
     pub(crate) load: T,
     /// Torque against positive motion that was held in the flow.
     pub(crate) held: T,
-    /// Torque against positive motion from all torques but friction.
+    /// Sum of all torques but friction, against positive motion.
     pub(crate) others: T,
 }
 
-/// A contact: its friction, a factor of its torque, and what it remembers.
+/// A contact: its friction, a factor of its torque, and its state.
 pub(crate) type Touching<'a, T> = (&'a Friction<T>, T, &'a mut Memory<T>);
 
-/// Predictor of several contacts on one mass: half a step at the velocity of the start. The velocity of the middle [rad/s]
-/// and the deflections there [rad].
+/// Predictor for several contacts on one mass: half a step at the velocity of the start. Returns the velocity [rad/s]
+/// and the deflections [rad] in the middle of the step.
 #[inline(always)]
 pub(crate) fn predict<T: Scalar, const N: usize>(
     mass: &Sliding<T>,
@@ -46,8 +46,8 @@ pub(crate) fn predict<T: Scalar, const N: usize>(
     (mass.velocity - (total - mass.held) * half / mass.inertia, middle)
 }
 
-/// Corrector: the whole step at the velocity of the middle, α linear about the deflections of the middle. The contacts then
-/// remember the end; returns the new velocity [rad/s] and the new torque to hold [N m].
+/// Corrector: the whole step at the velocity of the middle, with α linearised about the deflections of the middle.
+/// Updates the contacts; returns the new velocity [rad/s] and the new torque to hold [N m].
 #[inline(always)]
 pub(crate) fn correct<T: Scalar, const N: usize>(
     mass: &Sliding<T>,
@@ -68,7 +68,8 @@ pub(crate) fn correct<T: Scalar, const N: usize>(
 }
 
 impl<T: Scalar> Sliding<T> {
-    /// Friction that would bring the mass to rest within dt; each contact takes up what it can.
+    /// Friction torque [N m] that would bring the mass to rest within `dt` [s]; each contact takes up its part and
+    /// leaves the rest to the next one.
     #[inline(always)]
     fn arrest(&self, dt: T) -> T {
         self.held + self.velocity * self.inertia / dt - self.others
@@ -77,7 +78,7 @@ impl<T: Scalar> Sliding<T> {
     /// Inputs of a contact at a velocity of the mass; `factor` multiplies its torque.
     #[inline(always)]
     fn contact(&self, velocity: T, arrest: T, factor: T) -> Contact<T> {
-        // A contact without load takes up nothing: its share of the arrest is divided by a factor that is not 0.
+        // With the factor 0 the contact has no torque; the lower limit only avoids a division by 0.
         Contact { velocity, angle: self.angle, load: self.load, arrest: arrest / factor.max(T::of(1e-12)) }
     }
 }

@@ -9,10 +9,10 @@ use crate::scalar::Scalar;
 /// Difference between the two directions. All zero: none.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Direction<T> {
-    /// Friction is greater by this share when it acts against positive motion, smaller by it when against negative.
+    /// Share by which friction is greater against positive motion and smaller against negative motion.
     #[field(symbol = "ε_C", unit = "1", range = -0.95..=0.95)]
     pub asymmetry: T,
-    /// The same for the viscous part.
+    /// Share by which viscous friction is greater against positive motion and smaller against negative motion.
     #[field(symbol = "ε_b", unit = "1", range = -0.95..=0.95)]
     pub viscous_asymmetry: T,
     /// A constant torque against positive motion: weight, or the offset of an amplifier.
@@ -40,11 +40,11 @@ impl<T: Scalar> Direction<T> {
 pub enum Position<T> {
     /// None.
     Constant,
-    /// A ripple at the pitch of the screw.
+    /// Ripple over a revolution of the screw.
     Ripple(Ripple<T>),
 }
 
-/// 1 + r·sin(n·φ + φ_0).
+/// Factor of friction: 1 + r·sin(n·φ + φ_0).
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Ripple<T> {
     /// Amplitude, as a share of the friction.
@@ -88,7 +88,7 @@ pub(super) fn factor<T: Scalar>(position: &Position<T>, load: &Load<T>, contact:
 pub enum Rest<T> {
     /// None.
     Constant,
-    /// The contact holds more the longer it rests.
+    /// Friction rises with the time at rest.
     Rising(Rising<T>),
 }
 
@@ -98,11 +98,12 @@ pub enum Rest<T> {
 /// 1 + r·θ/(θ + γ),   θ̇ = 1 − |Ω_s|·θ/φ_c
 /// ```
 ///
-/// θ is the age of the contact. At rest it is the time since it stopped, and the factor that of B. Armstrong-Hélouvry,
-/// P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083. In sliding it is forgotten over the way φ_c, by the ageing law of
-/// J. Dieterich (1979) and A. Ruina (1983): at a constant speed θ = φ_c/|Ω|. Only what slides counts (Ω_s = Ω − ż), so that a
-/// load which vibrates on its bristles goes on ageing. It is the strength that rises, not the stiffness of the bristles: a
-/// load at rest is not moved as it ages, and no energy comes of it.
+/// θ is the age of the contact. At rest, θ is the time since the contact stopped, and the factor is that of
+/// B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083. In sliding, θ decays over the
+/// distance φ_c by the ageing law of J. Dieterich (1979) and A. Ruina (1983): at a constant speed θ = φ_c/|Ω|. Only the
+/// sliding part of the velocity counts (Ω_s = Ω − ż), so that a load that vibrates on its bristles continues to age.
+/// Ageing raises the strength, not the stiffness of the bristles: it does not move a load at rest and generates no
+/// energy.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Rising<T> {
     /// Share by which friction is greater after a long rest.
@@ -133,8 +134,8 @@ impl<T: Scalar> Rest<T> {
         }
     }
 
-    /// The age [s] after a step of `dt` [s] in which the contact slid by a way [rad]: implicit, so that it is exact at rest and
-    /// at a constant speed, and stable for any step.
+    /// Age [s] after a step of `dt` [s] with this sliding distance [rad]. The step is implicit: exact at rest and in
+    /// steady sliding, and stable for any `dt`.
     #[inline(always)]
     pub(super) fn after(&self, age: T, way: T, dt: T) -> T {
         match self {
@@ -143,7 +144,7 @@ impl<T: Scalar> Rest<T> {
         }
     }
 
-    /// The age [s] at a constant speed [rad/s]; at rest that of eleven days.
+    /// Age [s] after long sliding at a constant speed [rad/s]; at rest 1e6 s (eleven days), the largest value.
     #[inline(always)]
     pub(super) fn steady_age(&self, speed: T) -> T {
         match self {
@@ -153,7 +154,7 @@ impl<T: Scalar> Rest<T> {
     }
 }
 
-/// Dependence on the temperature, which stays as it is over a run.
+/// Dependence on the temperature, which is constant during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "shape")]
 pub enum Temperature<T> {
@@ -163,26 +164,27 @@ pub enum Temperature<T> {
     Exponential(Warming<T>),
 }
 
-/// Friction at a temperature other than that at which it was identified: e^(−k_C·Δϑ), and e^(−k_b·Δϑ) for the viscous part.
+/// Factor of friction at another temperature than that of the identification: e^(−k_C·Δϑ), and e^(−k_b·Δϑ) for the
+/// viscous part.
 ///
-/// The slope at the reference is −k; the exponential stays positive at any temperature, and is how lubricants thin. A. Carvalho
-/// Bittencourt and S. Gunnarsson (J. Dyn. Sys., Meas., Control 134 (2012) 051013) found the viscous part of a robot's joint to
-/// fall so.
+/// The slope at the reference is −k. The exponential is positive at any temperature and describes how lubricants thin.
+/// A. Carvalho Bittencourt and S. Gunnarsson (J. Dyn. Sys., Meas., Control 134 (2012) 051013) found this fall of the
+/// viscous part in the joint of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Warming<T> {
     /// Temperature above the reference.
     #[field(symbol = "Δϑ", unit = "K", range = -100.0..=200.0, default = 20.0)]
     pub temperature: T,
-    /// Fall of all friction but the viscous per kelvin.
+    /// Share per kelvin by which friction falls, except its viscous part.
     #[field(symbol = "k_C", unit = "1/K", range = -0.02..=0.02, default = 1e-3)]
     pub fall: T,
-    /// Fall of the viscous friction per kelvin.
+    /// Share per kelvin by which viscous friction falls.
     #[field(symbol = "k_b", unit = "1/K", range = -0.1..=0.1, default = 5e-3)]
     pub viscous_fall: T,
 }
 
 impl<T: Scalar> Temperature<T> {
-    /// Factors of all friction, and of the viscous besides.
+    /// Factor of all friction, and additional factor of the viscous part.
     #[inline(always)]
     pub(super) fn factors(&self) -> (T, T) {
         match self {
@@ -199,23 +201,23 @@ impl<T: Scalar> Temperature<T> {
 pub(super) struct Condition<T> {
     /// Factor of the sliding level, by the age.
     pub(super) strength: T,
-    /// The inverse.
+    /// Inverse of `strength`.
     pub(super) per_strength: T,
     /// Factor of all friction, by the temperature.
     pub(super) warmth: T,
-    /// Factor of the viscous friction besides.
+    /// Additional factor of the viscous friction, by the temperature.
     pub(super) thinning: T,
 }
 
 impl<T: Scalar> Condition<T> {
-    /// At the reference.
+    /// All factors are 1.
     #[inline(always)]
     pub(super) fn reference() -> Self {
         let one = T::of(1.0);
         Condition { strength: one, per_strength: one, warmth: one, thinning: one }
     }
 
-    /// At an age [s].
+    /// Factors at an age [s].
     #[inline(always)]
     pub(super) fn of(rest: &Rest<T>, temperature: &Temperature<T>, age: T) -> Self {
         let strength = rest.strength(age);

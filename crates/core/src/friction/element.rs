@@ -1,15 +1,15 @@
-//! Friction as a block of its own.
+//! Friction as a separate block.
 
 use super::{Contact, Friction, FrictionInput, Memory};
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::Scalar;
 
-/// The friction of one place as a block of its own, for a simulation that is not ours: motion in, torque out.
+/// Friction of one contact as a separate block for an external simulation: motion in, torque out.
 ///
-/// A step is that of the virtual machine at a velocity which is held over it: a predictor over half the step gives the
-/// deflection about which the release of the bristles is linear (midpoint of the exponential bristle step). Of second
-/// order if the velocity is that of the step's middle, of first order if it is that of its start.
+/// A step is that of the virtual machine, with the velocity held: a predictor over half the step gives the deflection
+/// about which the release of the bristles is linearised (midpoint of the exponential bristle step). The step is of
+/// second order if the velocity is that in its middle, of first order if it is that at its start.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionElement<T> {
     /// Model and dependences.
@@ -62,7 +62,7 @@ mod tests {
             torque = element.step(&mut state, contact, DT).torque;
         }
         let expected = element.friction.steady_torque(2.0, 0.0, 0.0);
-        // A hundred milliseconds are 200 times the bristles' rise.
+        // 100 ms are 200 times the rise time of the bristles.
         assert!((torque - expected).abs() < 1e-9, "{torque} instead of {expected}");
     }
 

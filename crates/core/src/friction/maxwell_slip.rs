@@ -6,21 +6,22 @@ use crate::Fields;
 use crate::fields::{Relation, at_most};
 use crate::scalar::{Mask, Scalar};
 
-/// Generalised Maxwell slip: four springs side by side that slip, which remember every reversal.
+/// Generalised Maxwell slip: four parallel springs that slip, with memory of every reversal.
 ///
-/// Each is an element that slips at its share of one level, and the level lags behind the sliding curve:
+/// Each spring is an element that slips at its share of one level, and the level lags behind the sliding curve:
 ///
 /// ```text
 /// M_R = Σ κ_i·z_i + b·Ω,   ż_i = Ω while κ_i·|z_i| < α_i·L, else slipping with κ_i·z_i = α_i·L·sign(Ω)
 /// L̇ = C·(1 − L/s(|Ω|)),   s = M_K + (M_S − M_K)·e^(−|Ω|/Ω_Strib)
 /// ```
 ///
-/// V. Lampaert, F. Al-Bender, J. Swevers, Proc. PhysCon (2003); F. Al-Bender, V. Lampaert, J. Swevers, IEEE TAC 50 (2005)
-/// 1883. The elements are stops, hence small loops close within large ones and a load below breakaway does not drift,
-/// vibrating or not. The attraction C is a torque per time, as published, so that identified values carry over; the level
-/// lags by s/C. There each slipping element has a lag of its own and a sticking one none; here the elements share one, at
-/// rest as well, so that a reversal that is quicker than the lag has no full breakaway peak. No bristle damping: within the
-/// elastic zone of the stiffest element only viscous friction damps.
+/// V. Lampaert, F. Al-Bender, J. Swevers, Proc. PhysCon (2003); F. Al-Bender, V. Lampaert, J. Swevers, IEEE TAC 50
+/// (2005) 1883. The elements are stops: small loops close within large ones, and a load below breakaway does not drift,
+/// with or without vibration. The attraction C is a torque per time, as published, so that identified values can be
+/// used directly; the level lags by s/C. In the published model each slipping element has its own lag and a sticking
+/// element has none. Here the elements share one lag, also at rest, so that a reversal faster than the lag does not
+/// reach the full breakaway peak. There is no bristle damping: within the elastic zone of the stiffest element only
+/// viscous friction damps.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = MaxwellSlip::law)]
 pub struct MaxwellSlip<T> {
@@ -52,7 +53,7 @@ pub struct MaxwellSlip<T> {
     pub fourth_stiffness: T,
 }
 
-/// A step of a Maxwell slip: velocity [rad/s], held, factor of the level, duration [s].
+/// A step of a Maxwell slip: held velocity [rad/s], factor of the level, duration [s].
 #[derive(Clone, Copy)]
 pub(super) struct Slip<T> {
     pub(super) velocity: T,
@@ -74,12 +75,12 @@ impl<T: Scalar> MaxwellSlip<T> {
         [self.first_stiffness, self.second_stiffness, self.third_stiffness, self.fourth_stiffness]
     }
 
-    /// Stiffness of all together [N m/rad].
+    /// Sum of the stiffnesses of all elements [N m/rad].
     pub fn stiffness(&self) -> T {
         self.first_stiffness + self.second_stiffness + self.third_stiffness + self.fourth_stiffness
     }
 
-    /// The same with another stiffness of all together [N m/rad], shared as before.
+    /// This model with another sum of the stiffnesses [N m/rad], in unchanged proportions.
     #[must_use]
     pub fn with_stiffness(&self, stiffness: T) -> Self {
         let ratio = stiffness / self.stiffness();
@@ -112,12 +113,12 @@ impl<T: Scalar> MaxwellSlip<T> {
         memory
     }
 
-    /// One step: what is remembered, and the mean torque [N m] without the viscous part, each element with the factor of
-    /// its own direction, so that the torque has no jump at a reversal.
+    /// One step: the new state, and the mean torque [N m] without the viscous part. Each element has the factor of its
+    /// own direction, so that the torque has no jump at a reversal.
     ///
-    /// The level is exact for a velocity that is held. Over the step each limit runs evenly from its start to its end, and an
-    /// element stretches until it meets it; the torque is the exact mean of that, so that the work less what is stored is
-    /// what slips, and never negative.
+    /// The level is exact for a held velocity. Over the step the limit of each element changes linearly from its
+    /// initial to its final value, and the element stretches until it reaches the limit. The torque is the exact mean
+    /// of this motion: the work less the stored energy is the loss by slipping, which is never negative.
     #[inline(always)]
     pub(super) fn step<const PREDICTS: bool>(
         &self,
@@ -136,7 +137,7 @@ impl<T: Scalar> MaxwellSlip<T> {
         memory.lag += fall / breakaway;
         let (level, level_then) = (strength * lagging, strength * (lagging - fall));
 
-        // A non-finite limit would hold nothing: it is passed on instead.
+        // A NaN as a limit would not limit. The term 0·level passes a non-finite level on to the result.
         let way = velocity * dt + zero * level;
         let (shares, stiffnesses) = (self.shares(), self.stiffnesses());
         let (mut torque, mut deflection) = (zero, zero);
@@ -148,7 +149,7 @@ impl<T: Scalar> MaxwellSlip<T> {
             let end = free.clamp(-last, last);
             let (slid, side) = ((free - end).abs(), (free - end).sign());
             let slips = slid.gt(zero);
-            // When the limit is met, as a share of the step, and where.
+            // Time at which the limit is reached, as a share of the step, and the deflection there.
             let gap = limit - side * start;
             let when = slips.select(gap / slips.select(gap + slid, one), one);
             let met = slips.select(side * (limit + (last - limit) * when), free);

@@ -17,7 +17,7 @@ pub struct Memory<T> {
     /// Deflection of each element of a Maxwell slip.
     #[field(symbol = "z_i", unit = "rad")]
     pub elements: [T; ELEMENTS],
-    /// Difference of the breakaway torque to the level of a Maxwell slip, as a share of the breakaway torque.
+    /// Breakaway torque less the level of a Maxwell slip, as a share of the breakaway torque.
     #[field(symbol = "q", unit = "1", range = -1e9..=1.0)]
     pub lag: T,
     /// Age of the contact: its time at rest, which sliding reduces.
@@ -46,7 +46,7 @@ impl<T: Scalar> Memory<T> {
         }
     }
 
-    /// Zero for each non-finite number.
+    /// This state with 0 for each NaN.
     #[inline(always)]
     pub(crate) fn without_nan(&self) -> Self {
         let mut elements = self.elements;

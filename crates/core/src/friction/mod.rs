@@ -1,4 +1,4 @@
-//! Friction: one composable form, a model times what it depends on.
+//! Friction: a model, multiplied by factors for its dependences.
 //!
 //! | model | presliding | Stribeck | small loops close | holds a constant load | holds a vibrating load |
 //! |---|---|---|---|---|---|
@@ -9,10 +9,10 @@
 //! | [`MaxwellSlip`] | yes | yes, with a lag | yes | exactly | exactly, after the first swings |
 //!
 //! "Exactly" holds within the well-balanced step of [`plant`](crate::plant), the only integrator used here. Direction,
-//! position, load and temperature multiply the torque of any model, its damping and its stiffness together, so that the
-//! breakaway twist stays, nothing is divided by zero, and a passive model stays passive; only a load that changes while the
-//! bristles are bent does work on them, in proportion to the energy that they store. The time at rest multiplies what any
-//! model holds and leaves its stiffness, since it changes while the bristles are bent.
+//! position, load and temperature multiply the torque of any model, both its damping and its stiffness: the breakaway
+//! deflection is unchanged, there is no division by zero, and a passive model stays passive. Exception: a load that
+//! changes while the bristles are bent does work on them, in proportion to their stored energy. The time at rest
+//! multiplies the holding torque of any model but not its stiffness, because it changes while the bristles are bent.
 
 mod bristle;
 mod bristles;
@@ -42,8 +42,8 @@ use crate::Fields;
 use crate::block::Block;
 use crate::scalar::Scalar;
 
-/// The friction of one place: screw, friction wheel, motor brushes. A step is the exponential one of its bristles, with
-/// the velocity held over it.
+/// Friction of one contact: screw, friction wheel or motor brushes. A step is the exponential step of its bristles,
+/// with the velocity held.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Friction<T> {
     /// The model.
@@ -98,7 +98,7 @@ pub struct Contact<T> {
 /// Inputs of a step of friction, besides the state of the contact.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionInput<T> {
-    /// Deflection about which the release is linear: that of the step's middle.
+    /// Deflection about which the release is linearised: that in the middle of the step.
     #[field(symbol = "z_m", unit = "rad")]
     pub probe: T,
     /// Inputs of the contact.
@@ -114,15 +114,15 @@ pub struct FrictionOutput<T> {
 }
 
 impl<T: Scalar> Bend<T> {
-    /// See [`Scalar::apart`].
+    /// See [`Scalar::barrier`].
     #[inline(always)]
     fn barrier(self) -> Self {
         Bend { velocity: self.velocity.barrier(), ..self }
     }
 }
 
-/// A step of elasto-plastic bristles, as a call where calls are cheap: short code, of which several contacts overlap in
-/// the processor.
+/// A step of elasto-plastic bristles, as a function call where calls are cheap: the code is short, and the processor
+/// overlaps the steps of several contacts.
 #[inline(always)]
 fn relax_apart<T: Scalar, const PREDICTS: bool, const AGES: bool>(
     model: &ElastoPlastic<T>,
@@ -135,7 +135,7 @@ fn relax_apart<T: Scalar, const PREDICTS: bool, const AGES: bool>(
         bend: Bend<T>,
         condition: &Condition<T>,
     ) -> (T, T) {
-        // Said again, that the compiler knows it here.
+        // Repeated here, so that the compiler knows that the factors are 1.
         let reference = Condition::reference();
         relax::<T, PREDICTS>(model, bend, if AGES { condition } else { &reference })
     }
@@ -173,8 +173,8 @@ impl<T: Scalar> Friction<T> {
         }
     }
 
-    /// Static friction torque [N m] at a constant velocity [rad/s], an angle [rad] and a load [N m]; the offset at
-    /// rest. What a measurement at constant speed sees.
+    /// Friction torque [N m] in steady sliding at a velocity [rad/s], an angle [rad] and a load [N m], as a measurement
+    /// at constant speed shows it; the offset at rest.
     pub fn steady_torque(&self, velocity: T, angle: T, load: T) -> T {
         let speed = velocity.abs();
         let (warmth, thinning) = self.temperature.factors();
@@ -210,7 +210,7 @@ impl<T: Scalar> Friction<T> {
 
     /// One step with the velocity held: the mean torque against positive motion [N m].
     ///
-    /// `probe` is the deflection about which the release is linear: that of the step's middle.
+    /// `probe` [rad] is the deflection about which the release is linearised: that in the middle of the step.
     #[inline(always)]
     pub fn correct(&self, memory: &mut Memory<T>, probe: T, contact: Contact<T>, dt: T) -> T {
         if T::CALLS_ARE_CHEAP && self.is_plain() {
@@ -224,7 +224,8 @@ impl<T: Scalar> Friction<T> {
         torque
     }
 
-    /// The same to first order, from the start alone: what a predictor needs. The deflection at the end [rad] and the torque.
+    /// As [`correct`](Self::correct), but of first order and from the start alone, for a predictor. Returns the
+    /// deflection at the end [rad] and the torque [N m].
     #[inline(always)]
     pub fn predict(&self, memory: &Memory<T>, contact: Contact<T>, dt: T) -> (T, T) {
         let probe = memory.deflection;
@@ -243,7 +244,8 @@ impl<T: Scalar> Friction<T> {
             && !matches!(self.model, Model::MaxwellSlip(_))
     }
 
-    /// A step of any contact; where calls are cheap, a call, so that plain contacts do not carry what they lack.
+    /// A step of any contact, as a function call where calls are cheap, so that the code of plain contacts does not
+    /// contain that of the others.
     #[inline(always)]
     fn step_apart<const PREDICTS: bool>(
         &self,
@@ -285,7 +287,7 @@ impl<T: Scalar> Friction<T> {
             (Memory { deflection, ..memory }, torque)
         };
         if !PREDICTS {
-            // What does not bend the bristles slides.
+            // The part of the motion that does not bend the bristles is sliding.
             let slid = velocity * dt - (end.deflection - memory.deflection);
             end.age = self.rest.after(memory.age, slid, dt);
         }
@@ -300,7 +302,7 @@ impl<T: Scalar> Friction<T> {
         (factor(&self.position, &self.load, contact) * condition.warmth, viscous)
     }
 
-    /// A step of a contact that remembers one deflection [rad]: that of the end, and the torque [N m].
+    /// A step of a contact whose state is one deflection: that at the end [rad], and the torque [N m].
     #[inline(always)]
     fn bend<const PREDICTS: bool, const AGES: bool>(
         &self,
@@ -313,7 +315,7 @@ impl<T: Scalar> Friction<T> {
         let (end, torque) = match &self.model {
             Model::Nothing | Model::MaxwellSlip(_) => (start, T::of(0.0)),
             Model::Static(model) => {
-                // What is left for the sliding law, in its own scale.
+                // Arresting torque that is left for the sliding law, in the scale of this law.
                 let arrest = (contact.arrest - self.direction.offset) / factor - viscous;
                 let side = self.direction.factor(arrest) * condition.strength;
                 (start, side * model.torque(contact.velocity, arrest / side))
@@ -339,9 +341,9 @@ impl<T: Scalar> Block<T> for Friction<T> {
 }
 
 impl Friction<f64> {
-    /// Stiffness and damping at rest [N m/rad, N m s/rad]: bristles and viscous friction, with the largest factor of
-    /// direction and position and that of the temperature; the factor of the load is left to the caller. What bounds the
-    /// step of an integrator.
+    /// Stiffness and damping at rest [N m/rad, N m s/rad], which bound the step of an integrator: bristles and viscous
+    /// friction, with the largest factors of direction and position and with that of the temperature. The caller
+    /// applies the factor of the load.
     pub fn stiffest(&self) -> (f64, f64) {
         let (stiffness, damping) = match self.model {
             Model::Nothing | Model::Static(_) => (0.0, 0.0),

@@ -1,4 +1,4 @@
-//! The sliding curve: what friction is at constant speed.
+//! The sliding curve: friction at constant speed.
 
 use crate::Fields;
 use crate::block::Block;
@@ -43,10 +43,10 @@ pub struct Stribeck<T> {
     /// Speed at which the drop from breakaway to kinetic torque has fallen to 1/e.
     #[field(symbol = "Ω_Strib", unit = "rad/s", range = 1e-4..=1e3, default = 3.0)]
     pub stribeck_velocity: T,
-    /// Torque per speed of the lubricant.
+    /// Viscous torque per speed, caused by the lubricant.
     #[field(symbol = "b", unit = "N m s/rad", range = 0.0..=50.0, default = 2.0e-4)]
     pub viscous_friction: T,
-    /// Fall of the drop with speed.
+    /// Form in which the drop decreases with speed.
     pub decay: Decay<T>,
 }
 
@@ -132,7 +132,8 @@ impl<T: Scalar> Stribeck<T> {
 }
 
 impl Stribeck<f64> {
-    /// The steepest fall of the curve [N m s/rad]: a pole of up to this over the inertia, to the right.
+    /// (M_S − M_K)/Ω_Strib, the steepest fall of the exponential curve [N m s/rad]; 0 without a drop. Divided by the
+    /// inertia, it bounds the unstable pole [1/s].
     pub fn steepest_fall(&self) -> f64 {
         (self.breakaway_torque - self.kinetic_torque).max(0.0) / self.stribeck_velocity
     }
@@ -140,10 +141,10 @@ impl Stribeck<f64> {
 
 /// Static friction with true stick: a set-valued law, solved by time stepping.
 ///
-/// At rest it takes up whatever torque would set the load in motion, up to the breakaway torque; in motion it is the
-/// Stribeck curve. Within a step the torque is the one that brings the load to rest, limited to the curve (Moreau's
-/// time stepping; no velocity band as in Karnopp's model, no regularised sign). Sticks exactly and has no presliding;
-/// where that matters, use [`ElastoPlastic`](super::ElastoPlastic).
+/// At rest it balances the torque that would move the load, up to the breakaway torque; in motion it is the Stribeck
+/// curve. Within a step the torque is the one that brings the load to rest, limited to the curve (Moreau's time
+/// stepping; no velocity band as in Karnopp's model, no regularised sign). Sticks exactly and has no presliding; where
+/// presliding matters, use [`ElastoPlastic`](super::ElastoPlastic).
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Static<T> {
     /// The sliding curve; its breakaway torque holds the load.

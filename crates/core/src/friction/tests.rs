@@ -1,6 +1,6 @@
-//! Laws of the friction family.
+//! Properties of the friction models.
 //!
-//! Parameters are drawn over decades, with and without a Stribeck drop, and within what the checks let pass.
+//! Parameters are drawn over decades, with and without a Stribeck drop, and only such as the checks accept.
 
 mod conditions;
 mod derivative;
@@ -140,7 +140,7 @@ fn temperature() -> impl Strategy<Value = Temperature<f64>> {
     })
 }
 
-/// Any model with any of what it may depend on, or none.
+/// Any model, with or without each of its dependences.
 fn friction(low: f64, high: f64) -> impl Strategy<Value = Friction<f64>> {
     let direction = prop_oneof![Just(Direction::default()), direction()];
     let position = prop_oneof![Just(Position::Constant), position()];
@@ -163,12 +163,13 @@ fn plain(model: Model<f64>) -> Friction<f64> {
     Friction { model, ..Friction::default() }
 }
 
-/// A contact that is driven at a velocity, whatever torque that takes.
+/// A contact driven at a velocity by an unlimited torque.
 fn driven(velocity: f64) -> Contact<f64> {
     Contact { velocity, arrest: velocity.signum() * 1e9, ..Contact::default() }
 }
 
-/// Deflection [rad] of steady sliding at a speed, the largest of several; 0 of the static model, which has none.
+/// Deflection [rad] of steady sliding at a speed; of a Maxwell slip that of the element with the largest one; 0 for the
+/// static model.
 fn steady_deflection(model: &Model<f64>, speed: f64) -> f64 {
     fn of(model: &impl Bristle<f64>, speed: f64) -> f64 {
         model.sliding(speed) / model.stiffness()
@@ -185,7 +186,7 @@ fn steady_deflection(model: &Model<f64>, speed: f64) -> f64 {
     }
 }
 
-/// A step [s], and how many of them settle a friction at a speed: bristles, lag and age.
+/// Length [s] and number of the steps after which bristles, lag and age are settled at a speed.
 fn settling(friction: &Friction<f64>, speed: f64) -> (f64, u32) {
     let steady = steady_deflection(&friction.model, speed);
     let quick = if steady > 0.0 { steady / speed } else { 4e-3 };
@@ -198,11 +199,11 @@ fn settling(friction: &Friction<f64>, speed: f64) -> (f64, u32) {
         let lag = model.sliding.level(speed) / model.attraction;
         return (0.25 * slowest.max(lag), 400);
     }
-    // A way of a hundred steady deflections: e^-100 of the start is left.
+    // Over a hundred steady deflections: e^-100 of the initial state is left.
     (0.25 * quick, (400.0 * slowest / quick) as u32)
 }
 
-/// One step as the plant takes it: the release at the deflection of the middle.
+/// One step as in the plant, with the release at the deflection of the middle.
 fn midpoint(friction: &Friction<f64>, memory: &mut Memory<f64>, contact: Contact<f64>, dt: f64) -> f64 {
     let mut middle = *memory;
     friction.correct(&mut middle, memory.deflection, contact, 0.5 * dt);
@@ -225,9 +226,9 @@ proptest! {
         let mut friction = friction;
         let bends = steady_deflection(&friction.model, 0.0).max(steady_deflection(&friction.model, 1e9));
         if let Rest::Rising(rising) = &mut friction.rest {
-            // A contact that forgets over less than its bristles bend slips and sticks by itself.
+            // If the age decays over less than the deflection of the bristles, the contact sticks and slips by itself.
             rising.way = if bends > 0.0 { 4.0 * (1.0 + rising.rise) * bends } else { rising.way };
-            // Slower, and the curve takes it for rest.
+            // Below this speed the age is that of a contact at rest.
             prop_assume!(speed > 1e-6 * rising.way);
         }
         for velocity in [speed, -speed] {
@@ -270,7 +271,7 @@ proptest! {
     ) {
         let friction = plain(model);
         let mut memory = Memory::bent(start * steady_deflection(&model, 0.0));
-        // A level that lags may be any between those of the curve.
+        // A lagging level may have any value between those of the curve.
         let lagging = match model {
             Model::MaxwellSlip(_) => steady_deflection(&model, 0.0).max(steady_deflection(&model, 1e9)),
             _ => 0.0,
@@ -337,7 +338,8 @@ proptest! {
             prop_assert_eq!(release(share * elastic), constant(0.0), "elastic zone");
             prop_assert_eq!(release(steady * (1.0 + share)), constant(1.0), "sliding");
             prop_assert_eq!(release(-2.0 * between), constant(0.0), "receding");
-            // Half a sine over the zone between: nowhere steeper than π/2 over its width. Rounding of u: 20 ε at 0.95.
+            // Half a sine over the zone between, with a slope of at most π/2 over its width. Rounding of u: 20 ε at
+            // 0.95.
             let (Release { share: here, slope }, Release { share: next, .. }) = (release(between), release(between + 1e-6 * steady));
             prop_assert!((0.0..=1.0).contains(&here));
             let expected = (FRAC_PI_2 * share).sin().powi(2);
@@ -366,7 +368,7 @@ proptest! {
     ) {
         let dt = 25e-6;
         let direction = Direction { offset: 0.0, ..direction };
-        // Viscous friction is explicit in the step: it alone may take no more than the velocity.
+        // Viscous friction is explicit in the step: alone, it must not reverse the velocity.
         let viscous_friction = sliding.viscous_friction.min(0.5 * inertia / dt);
         let model = Model::Static(Static { sliding: Stribeck { viscous_friction, ..sliding } });
         let friction = Friction { direction, ..plain(model) };
@@ -375,7 +377,7 @@ proptest! {
         for _ in 0..1000 {
             let contact = Contact { velocity, arrest: velocity * inertia / dt, ..Contact::default() };
             let after = velocity - from_bent(&friction, 0.0, contact, dt).1 * dt / inertia;
-            // The arrest divided by factors and multiplied again: a few roundings.
+            // The arresting torque is divided by factors and multiplied again: a few roundings.
             let rounding = 8.0 * f64::EPSILON * velocity.abs();
             prop_assert!(after * start.signum() >= -rounding, "turned from {velocity} to {after}");
             prop_assert!(after.abs() <= (velocity.abs() - slowest).max(rounding), "from {velocity} to {after}");
@@ -393,7 +395,7 @@ fn reversals_in_steps_longer_than_the_elastic_zone_do_not_bend_the_bristles_furt
     let (steady, elastic) = (1e-3, 0.95 * 0.6 * 1e-3);
     let (mut memory, mut side) = (Memory::<f64>::default(), 1.0);
     for _ in 0..50 {
-        // At 1000 rad/s, where g is M_K, the middle of each step falls just within the elastic zone beyond the reversal.
+        // At 1000 rad/s, where g is M_K, the middle of each step is just within the elastic zone after the reversal.
         let way = 2.0 * (memory.deflection.abs() + elastic) * (1.0 - 1e-9);
         midpoint(&friction, &mut memory, driven(side * 1e3), way / 1e3);
         side = -side;
@@ -418,7 +420,7 @@ fn the_release_does_not_jump_the_bristles_at_a_reversal() {
     let model = ElastoPlastic::<f64>::default();
     let deflection = 0.9 * model.sliding(0.0) / model.stiffness();
     let change = |velocity| rate(&model, deflection, velocity).0;
-    // α jumps from 0 to its value at Ω = 0, but it stands before |Ω|: ż is continuous.
+    // At Ω = 0 α jumps from 0 to its value, but it is a factor of |Ω|: ż is continuous.
     let level = model.sliding(1e-9);
     assert!(model.release(deflection, 1e-9, level).share > 0.5 && model.release(deflection, -1e-9, level).share == 0.0);
     assert!((change(1e-9) - change(-1e-9)).abs() <= 2e-9);

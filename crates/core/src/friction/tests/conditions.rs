@@ -12,7 +12,7 @@ fn aged(model: Model<f64>) -> Friction<f64> {
 
 proptest! {
     #[test]
-    fn what_is_held_rises_with_the_time_at_rest(rest in decades(1e-2, 1e3), sliding in curve()) {
+    fn the_holding_torque_rises_with_the_time_at_rest(rest in decades(1e-2, 1e3), sliding in curve()) {
         let friction = aged(Model::Static(Static { sliding }));
         let mut memory = friction.steady_memory(10.0);
         for _ in 0..1000 {
@@ -26,7 +26,7 @@ proptest! {
     }
 
     #[test]
-    fn the_age_is_the_time_at_rest_and_is_forgotten_over_the_way(
+    fn the_age_is_the_time_at_rest_and_decays_over_the_sliding_distance(
         age in 0.0..100.0f64, rest in decades(1e-3, 1e3), speed in decades(1e-3, 1e2),
     ) {
         let friction = aged(Model::Static(Static::default()));
@@ -35,7 +35,7 @@ proptest! {
             friction.correct(&mut memory, 0.0, Contact::default(), rest / 100.0);
         }
         prop_assert!((memory.age - age - rest).abs() <= 1e-13 * (age + rest) * 100.0);
-        // Over twice its way in two thousand steps a contact forgets e^-2 of the difference, 0.1 % by the step.
+        // After twice the distance φ_c, in 2000 steps, e^-2 of the difference is left; the error by the step is 0.1 %.
         let (before, steady) = (memory.age, rising().way / speed);
         for _ in 0..2000 {
             friction.correct(&mut memory, 0.0, driven(speed), 1e-3 * rising().way / speed);
@@ -52,7 +52,7 @@ proptest! {
         let friction = Friction { rest, ..plain(model) };
         let bent = share * match model {
             Model::MaxwellSlip(model) => {
-                // Where the first element slips.
+                // Deflection at which the first element slips.
                 let elements = model.shares().into_iter().zip(model.stiffnesses());
                 let ways = elements.map(|(share, stiffness)| share * model.sliding.breakaway_torque / stiffness);
                 ways.fold(f64::INFINITY, f64::min)
@@ -70,7 +70,7 @@ proptest! {
     }
 
     #[test]
-    fn vibrating_bristles_go_on_ageing(share in 0.05..0.6f64, hertz in 1.0..100.0f64) {
+    fn vibrating_bristles_continue_to_age(share in 0.05..0.6f64, hertz in 1.0..100.0f64) {
         let model = ElastoPlastic::<f64>::default();
         let friction = aged(Model::ElastoPlastic(model));
         let amplitude = share * model.lugre.sliding.breakaway_torque / model.lugre.bristle_stiffness;
@@ -101,7 +101,7 @@ proptest! {
     }
 
     #[test]
-    fn at_the_reference_temperature_and_without_a_rise_every_bit_is_as_without(
+    fn at_the_reference_temperature_and_without_a_rise_every_bit_is_unchanged(
         model in model(1e-3, 1e7), direction in direction(), position in position(), deflection in -1.0..1.0f64,
         velocity in -1e2..1e2f64, arrest in -1.0..1.0f64,
     ) {
@@ -126,7 +126,7 @@ fn friction_falls_by_the_share_per_kelvin_that_is_stated() {
         ..plain(Model::Static(Static::default()))
     };
     let change = |friction: fn(&Friction<f64>) -> f64| friction(&at(0.1)) / friction(&at(0.0)) - 1.0;
-    // A tenth of a kelvin: -0.1 % and -0.5 % per kelvin, up to the square of it.
+    // At 0.1 K: -0.1 % and -0.5 % per kelvin, to first order.
     assert!((change(|f| f.steady_torque(0.0 + 1e-9, 0.0, 0.0)) + 1e-4).abs() <= 1e-8);
     let viscous = |f: &Friction<f64>| f.steady_torque(1e9, 0.0, 0.0);
     assert!((change(viscous) + 5e-4).abs() <= 2e-7);

@@ -12,7 +12,7 @@ use crate::scalar::{Dual, Scalar};
 /// Deflection, velocity and at most nine parameters.
 const VARIABLES: usize = 11;
 
-/// The deflection and the velocity, then the parameters in the order of the fields: each a variable of its own.
+/// The deflection and the velocity, then the parameters in the order of the fields, each as a separate variable.
 fn variables<M: Fields<f64>>(model: &M, at: [f64; 2]) -> (M::With<Dual<VARIABLES>>, [Dual<VARIABLES>; 2]) {
     let mut index = 1;
     let parameters = model.map(&mut |value| {
@@ -22,7 +22,7 @@ fn variables<M: Fields<f64>>(model: &M, at: [f64; 2]) -> (M::With<Dual<VARIABLES
     (parameters, [Dual::variable(at[0], 0), Dual::variable(at[1], 1)])
 }
 
-/// The same as plain numbers, one of them multiplied.
+/// The same as plain numbers, with the chosen one multiplied by a factor.
 fn scaled<M: Fields<f64>>(model: &M, mut at: [f64; 2], chosen: usize, by: f64) -> (M::With<f64>, [f64; 2]) {
     let mut index = 1;
     let parameters = model.map(&mut |value| {
@@ -44,7 +44,7 @@ fn parameters<M: Fields<f64>>(model: &M) -> Vec<f64> {
     values
 }
 
-/// Bristle torque [N m] at a moment.
+/// Bristle torque [N m].
 fn torque<T: Scalar>(model: &impl Bristle<T>, deflection: T, velocity: T) -> T {
     rate(model, deflection, velocity).1
 }
@@ -101,7 +101,7 @@ proptest! {
     ) {
         let steady = model.sliding(speed) / model.stiffness();
         let limit = model.elastic_fraction * model.lugre.sliding.breakaway_torque / model.stiffness();
-        // A kink by itself: where the elastic limit meets its own bound.
+        // Another kink: where the elastic limit reaches its upper bound.
         prop_assume!((limit / (0.95 * steady) - 1.0).abs() > 1e-2);
         let elastic = limit.min(0.95 * steady);
         for deflection in [share * elastic, elastic + share * (steady - elastic), (1.0 + share) * steady] {

@@ -26,7 +26,7 @@ fn identified() -> MaxwellSlip<f64> {
     }
 }
 
-/// The same at one level, whatever the speed.
+/// The same with one level at all speeds.
 fn coulomb(model: MaxwellSlip<f64>) -> MaxwellSlip<f64> {
     let sliding = Stribeck { kinetic_torque: model.sliding.breakaway_torque, viscous_friction: 0.0, ..model.sliding };
     MaxwellSlip { sliding, ..model }
@@ -37,14 +37,14 @@ fn torque(model: &MaxwellSlip<f64>, memory: &Memory<f64>) -> f64 {
     model.stiffnesses().into_iter().zip(memory.elements).map(|(stiffness, z)| stiffness * z).sum()
 }
 
-/// Moves by a way [rad] in steps of a millisecond.
+/// Moves by a distance [rad] in 50 steps of 1 ms.
 fn go(friction: &Friction<f64>, memory: &mut Memory<f64>, way: f64) {
     for _ in 0..50 {
         midpoint(friction, memory, driven(way / 0.05), 1e-3);
     }
 }
 
-/// Torque of the elements at a distance from rest [N m].
+/// Torque of the elements [N m] after a first motion by a distance [rad].
 fn virgin(model: &MaxwellSlip<f64>, way: f64) -> f64 {
     let level = model.sliding.breakaway_torque;
     let elements = model.shares().into_iter().zip(model.stiffnesses());
@@ -67,11 +67,11 @@ proptest! {
         go(&friction, &mut memory, out);
         go(&friction, &mut memory, -back);
         let tolerance = 1e-11 * model.sliding.breakaway_torque;
-        // A loop within the large one leaves nothing behind, not even in what is remembered.
+        // A loop within the large one closes: it does not change the torque.
         go(&friction, &mut memory, inner);
         go(&friction, &mut memory, -inner);
         prop_assert!((torque(&model, &memory) - torque(&model, &direct)).abs() <= tolerance);
-        // One that goes out to where the large one turned closes it.
+        // A motion back to the reversal point of the large loop closes the large loop.
         let (mut closed, mut first) = (memory, Memory::default());
         go(&friction, &mut closed, back);
         go(&friction, &mut first, out);
@@ -82,7 +82,7 @@ proptest! {
     }
 
     #[test]
-    fn the_first_bend_is_the_sum_of_stops_and_the_way_back_its_double(
+    fn the_first_motion_is_the_sum_of_stops_and_the_way_back_follows_masings_rule(
         model in maxwell_slip(1e-3, 1e7), out in 0.1..2.0f64, back in 0.0..2.0f64,
     ) {
         let model = coulomb(model);
@@ -94,7 +94,7 @@ proptest! {
         let tolerance = 1e-11 * model.sliding.breakaway_torque;
         prop_assert!((torque(&model, &memory) - virgin(&model, out)).abs() <= tolerance);
         go(&friction, &mut memory, -back);
-        // Masing's rule.
+        // Masing's rule: the first curve at double scale.
         let expected = virgin(&model, out) - 2.0 * virgin(&model, 0.5 * back);
         prop_assert!((torque(&model, &memory) - expected).abs() <= tolerance);
     }
@@ -116,7 +116,7 @@ proptest! {
     }
 
     #[test]
-    fn what_it_remembers_of_steady_sliding_stays(
+    fn the_state_of_steady_sliding_is_stationary(
         friction in friction(1e-3, 1e7), speed in decades(1e-3, 1e2), forward in any::<bool>(),
     ) {
         let velocity = if forward { speed } else { -speed };
@@ -183,7 +183,7 @@ fn steps_of_the_speed_are_those_of_an_ode_solver() {
         }
     }
     assert_eq!(sample, expected.len());
-    // The mean of begin and end of a step against the middle: (C·dt/s)²/8 of a drop of 0.12 N·m. Measured: 1.6e-7 N·m.
+    // The mean of start and end of a step against its middle: (C·dt/s)²/8 of a drop of 0.12 N·m. Measured: 1.6e-7 N·m.
     assert!(worst <= 2.6e-7, "{worst} N m");
 }
 

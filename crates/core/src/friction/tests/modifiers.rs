@@ -1,4 +1,4 @@
-//! Direction, position and load: what each does, and that they compose with any model.
+//! Direction, position and load: effect of each, and combination with any model.
 
 use core::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use crate::friction::{
     Bristle, Contact, Direction, ElastoPlastic, Friction, Load, Memory, Model, Position, Ripple, Static,
 };
 
-/// Torque [N m] of steady sliding, by steps: a hundred steady deflections on the way.
+/// Torque [N m] of steady sliding, by steps over a hundred steady deflections.
 fn slide(friction: &Friction<f64>, contact: Contact<f64>) -> f64 {
     let (dt, steps) = settling(friction, contact.velocity.abs());
     let (mut memory, mut torque) = (Memory::default(), 0.0);
@@ -48,7 +48,7 @@ proptest! {
         let deflection = deflection * steady_deflection(&model, velocity.abs());
         let dt = 25e-6;
         let (end, torque) = from_bent(&plain(model), deflection, Contact { arrest, ..driven(velocity) }, dt);
-        // What is to be arrested grows with the friction, so that the static model is asked for the same share.
+        // The arresting torque is scaled like the friction, so that the static model has to hold the same share.
         let contact = Contact { velocity, angle, load: carried, arrest: expected * arrest };
         let (same, multiplied) = from_bent(&modified, deflection, contact, dt);
         prop_assert_eq!(same, end);
@@ -76,8 +76,8 @@ proptest! {
         let dt = 1e-6;
         let at_rest = deflection * steady_deflection(&friction.model, 0.0);
         let torque = |velocity| from_bent(&friction, at_rest, driven(velocity), dt).1;
-        // Nothing but the way and the damping at these speeds; sliding bristles give way at up to three times Ω, as
-        // |z| ≤ 2·z_s here.
+        // At these speeds only the distance and the damping change the torque; sliding bristles relax at up to three
+        // times Ω, as |z| ≤ 2·z_s here.
         let bound = 3.0 * (stiffness * dt + damping) * 2.0 * creep;
         let rounding = 1e-14 * (stiffness * at_rest.abs() + friction.direction.offset.abs());
         let jump = (torque(creep) - torque(-creep)).abs();
@@ -91,7 +91,7 @@ proptest! {
         let Position::Ripple(ripple) = position else { unreachable!("the strategy gives ripples") };
         let friction = Friction { direction: Direction { offset: 0.0, ..direction }, position, ..plain(model) };
         let level = Friction { position: Position::Constant, ..friction }.steady_torque(velocity, 0.0, 0.0);
-        // 40 points a period of 19: sums of whole sines over a turn vanish but for rounding.
+        // At least 40 points per period: sums of whole sines over a turn vanish, except for rounding.
         let angles = 760;
         let mean = (0..angles)
             .map(|i| friction.steady_torque(velocity, TAU * f64::from(i) / f64::from(angles), 0.0) / f64::from(angles))
@@ -111,7 +111,7 @@ proptest! {
         let ripple = Ripple { amplitude, periods: f64::from(periods), phase };
         let friction = Friction { position: Position::Ripple(ripple), ..plain(Model::Static(Static::default())) };
         let torque = |angle| friction.steady_torque(1.0, angle, 0.0);
-        // An angle of 6283 rad is known to 2^-41 rad, and its turns to as much.
+        // An angle of 6283 rad has a resolution of 2^-41 rad, and so has its distance from whole turns.
         let tolerance = 4.0 * 2_f64.powi(-41) * amplitude * ripple.periods * 0.3;
         for turns in [1000.0, -1000.0] {
             let change = torque(angle + turns * TAU) - torque(angle);

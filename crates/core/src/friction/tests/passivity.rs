@@ -1,4 +1,4 @@
-//! Friction takes energy: from rest, whatever the motion, the work ∫ M dφ is never negative.
+//! Passivity: from rest, the work ∫ M dφ is not negative for any motion.
 
 use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -83,8 +83,8 @@ proptest! {
             work += torque * (to - from);
             turnover += (torque * (to - from)).abs();
             swings += slope * (to - from).abs().powi(3) / 12.0;
-            // Where a bristle swings over, one side's factor is held over the step: at most a quarter of the way's
-            // energy is booked on the wrong side, the ripple (below 1.9), the load and the temperature multiply it.
+            // Where a bristle changes its side, the factor of one side holds for the whole step: at most a quarter of
+            // the energy of the step has the wrong factor. Ripple (below 1.9), load and temperature multiply it.
             let factor = 1.9 * (1.0 + friction.load.sensitivity * load.abs()) * friction.temperature.factors().0;
             for ((stiffness, from), (_, to)) in springs(&friction.model, &before).zip(springs(&friction.model, &memory)) {
                 if from * to < 0.0 {
@@ -102,7 +102,7 @@ proptest! {
         model in lugre(decades(1e-3, 1e7), Just(1.0)),
     ) {
         let (Fading::Gaussian(fading) | Fading::Rational(fading)) = model.fading;
-        // 4000 points a factor of e apart in v_c: the peak is flat, its square distance to the next point 1e-8.
+        // 4000 points per factor e of the speed: the peak is flat, and the squared distance to the next point is 1e-8.
         let largest = (-12_000..12_000)
             .map(|i| f64::exp(f64::from(i) / 4000.0) * fading.velocity)
             .map(|speed| model.damping(speed) * speed)
@@ -130,8 +130,8 @@ fn objections(model: &LuGre<f64>) -> Vec<ParameterError> {
     objections.0
 }
 
-/// Work [J] of ten cycles from rest: the bristles are bent slowly, up to the breakaway torque, and pulled off in a
-/// burst; then the same backwards.
+/// Work [J] of ten cycles from rest: the bristles are bent slowly up to the breakaway torque, then moved on at `speed`;
+/// then the same backwards.
 fn bursts(model: LuGre<f64>, speed: f64) -> f64 {
     let friction = plain(Model::Lugre(model));
     let bend = model.sliding.breakaway_torque / model.bristle_stiffness;
@@ -183,7 +183,7 @@ fn a_load_that_changes_while_the_bristles_are_bent_does_work_on_them() {
         work
     };
     let bent = stored(&friction.model, &Memory::bent(bend));
-    // Damping and viscous friction take their share; twice the stiffness gives ½·σ₀·z² more back than was put in.
+    // Damping and viscous friction dissipate; with twice the stiffness, ½·σ₀·z² more comes back than was stored.
     let resistance = model.damping(bend / dt) + model.lugre.sliding.viscous_friction;
     let damped = |factor: f64| (1.0 + factor) * resistance * bend * bend / dt;
     assert!((cycle(0.0) - damped(1.0)).abs() <= 1e-12 * bent);
