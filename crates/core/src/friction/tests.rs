@@ -338,8 +338,7 @@ proptest! {
             prop_assert_eq!(release(share * elastic), constant(0.0), "elastic zone");
             prop_assert_eq!(release(steady * (1.0 + share)), constant(1.0), "sliding");
             prop_assert_eq!(release(-2.0 * between), constant(0.0), "receding");
-            // Half a sine over the zone between, with a slope of at most π/2 over its width. Rounding of u: 20 ε at
-            // 0.95.
+            // Half a sine over the zone between: slope at most π/2 over its width. Rounding of u: 20 ε at 0.95.
             let (Release { share: here, slope }, Release { share: next, .. }) = (release(between), release(between + 1e-6 * steady));
             prop_assert!((0.0..=1.0).contains(&here));
             let expected = (FRAC_PI_2 * share).sin().powi(2);

@@ -24,7 +24,7 @@ pub enum Backlash<T> {
 /// contact alone.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Gap<T> {
-    /// Half of the gap: from its middle to a flank.
+    /// Half of the gap, from its middle to a flank.
     #[field(symbol = "β", unit = "rad", range = 0.0..=5e-3, default = 1e-3)]
     pub half_width: T,
 }

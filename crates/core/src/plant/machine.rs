@@ -1,10 +1,10 @@
-//! The moving parts, by a well-balanced splitting.
+//! The moving parts, integrated by a well-balanced splitting.
 //!
-//! All that is linear (masses, coupling, currents, servo lag) flows exactly, with the friction torques of the last
-//! step held in it; in the middle of the step the friction is renewed, by a midpoint of the exponential bristle step,
-//! and only its *change* kicks the velocities. A load at rest is then a fixed point of the scheme: it does not creep.
-//! Second order; the coupling angle is a state and the screw angle an integral apart, so that no rounding of a large
-//! angle disturbs the balance.
+//! The linear part (masses, coupling, currents, servo lag) flows exactly, with the friction torques of the last step
+//! held. In the middle of the step the friction is updated by a midpoint of the exponential bristle step, and only its
+//! *change* kicks the velocities. A load at rest is therefore a fixed point of the scheme and does not creep. The
+//! scheme is of second order. The twist of the coupling is a state and the screw angle a separate integral, so that
+//! rounding of a large angle does not disturb the balance.
 
 use super::Plant;
 use crate::Fields;
@@ -21,7 +21,7 @@ use crate::sensor::Pickups;
 /// steps, and only its change kicks the velocities, so that a load at rest does not creep.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Machine<T> {
-    /// Parameters; the part of an arm that moves with the carriage is in the load inertia.
+    /// Parameters; the load inertia includes the rigid part of the arm.
     pub plant: Plant<T>,
     /// Tacho and accelerometer, prepared.
     pub pickups: Pickups<T>,
@@ -31,7 +31,7 @@ pub struct Machine<T> {
     /// √(f_tick/2): from a noise density to a standard deviation.
     #[field(unit = "√Hz")]
     pub noise_bandwidth_root: T,
-    /// Flow over half a step, column by column: one a state and an input, each with the states and the gain in angle.
+    /// Flow over half a step: one column for each state and each input, with the new states and the change of angle.
     #[field(unit = "1")]
     half_flow: [[T; STATES + 1]; STATES + INPUTS],
 }
@@ -89,28 +89,28 @@ pub struct MachineInput<T> {
     /// Input of the load amplifier.
     #[field(symbol = "u_amp", unit = "V")]
     pub amplifier_voltage: T,
-    /// External torque, with positive motion.
+    /// External torque, in the positive direction.
     #[field(symbol = "M_ext", unit = "N m")]
     pub external_torque: T,
 }
 
-/// True motion in a step, for the instruments. What goes through a filter is its mean: a value at the end, held back over
-/// the step, would lead by half a step.
+/// True motion in a step, for the instruments. Signals that pass a filter are means over the step: a value at the end,
+/// held over the step, would lead by half a step.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Motion<T> {
-    /// Angle of the screw at its end.
+    /// Angle of the screw at the end of the step.
     #[field(symbol = "φ", unit = "rad")]
     pub angle: T,
     /// Mean acceleration of the screw.
     #[field(symbol = "Ω̇", unit = "rad/s^2")]
     pub acceleration: T,
-    /// Angle of the motor in the middle.
+    /// Angle of the motor in the middle of the step.
     #[field(symbol = "φ_M", unit = "rad")]
     pub motor_angle: T,
     /// Mean velocity of the motor.
     #[field(symbol = "Ω_M", unit = "rad/s")]
     pub motor_velocity: T,
-    /// Current of the load motor at its end.
+    /// Current of the load motor at the end of the step.
     #[field(symbol = "i_L", unit = "A")]
     pub load_current: T,
 }
@@ -127,7 +127,7 @@ struct Held<T> {
 impl<T: Scalar> Machine<T> {
     /// Prepares the flow over half of `dt` [s].
     pub(super) fn new(plant: &Plant<T>, steps: usize, dt: T, noise_bandwidth_root: T) -> Self {
-        // What moves with the carriage is a part of it.
+        // The rigid part of the arm is a part of the load.
         let mut plant = *plant;
         plant.drive.load_inertia += plant.arm.rigid_inertia();
         let half_flow = half_flow(&plant.drive, &plant.load_motor.winding, plant.servo.lag, dt);
@@ -182,7 +182,8 @@ impl<T: Scalar> Block<T> for Machine<T> {
 
         let slip = state.motor_velocity - state.velocity;
         let coupling = plant.drive.coupling_stiffness * state.twist + plant.drive.coupling_damping * slip;
-        // The flow holds the gap's share as it holds friction: at rest, in contact or between, it is a fixed point too.
+        // The flow holds the torque lost in the gap as it holds friction: a load at rest is a fixed point in contact
+        // and in the gap, too.
         let lost = plant.backlash.lost(&plant.drive, state.twist, slip);
         let mut brushes = [(&plant.motor_friction, T::of(1.0), &mut state.motor_memory)];
         let motor = Sliding {
@@ -206,7 +207,8 @@ impl<T: Scalar> Block<T> for Machine<T> {
             held: held.load_resistance,
             others: ripple - input.external_torque - arm + lost,
         };
-        // Both predictors before both correctors: each chain of dependent operations is long, these are independent.
+        // Both predictors before both correctors: each is a long chain of dependent operations, and the processor
+        // overlaps independent chains.
         let motor_middle = predict(&motor, &brushes, dt);
         let load_middle = predict(&load, &contacts, dt);
         (state.motor_velocity, state.motor_resistance) = correct(&motor, motor_middle, &mut brushes, dt);

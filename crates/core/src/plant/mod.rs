@@ -1,7 +1,7 @@
-//! The virtual machine: what really happens between the converters. The software side never looks in here.
+//! The virtual machine: everything between the D/A and A/D converters. The software of the bench has no access to it.
 //!
-//! [`Plant`] holds the values of the `[plant]` table; [`Machine`] is prepared from it for a step and moves;
-//! [`VirtualMachine`] runs the steps of one tick and reads the instruments.
+//! [`Plant`] holds the values of the `[plant]` table; [`Machine`] is prepared from it for a step and computes the
+//! motion; [`VirtualMachine`] runs the steps of one tick and reads the instruments.
 
 mod backlash;
 mod machine;
@@ -25,13 +25,13 @@ use crate::tick::Measurement;
 pub struct Plant<T> {
     /// Masses, coupling and screw.
     pub drive: TwoMass<T>,
-    /// Play of its coupling.
+    /// Play of the coupling.
     pub backlash: Backlash<T>,
     /// The drive motor.
     pub motor: Winding<T>,
-    /// Its amplifier.
+    /// Amplifier of the drive motor.
     pub servo: Servo<T>,
-    /// Friction of its brushes and bearings, on the motor's side.
+    /// Friction of brushes and bearings of the drive motor, on the motor's side of the coupling.
     pub motor_friction: Friction<T>,
     /// Friction of screw, nut and guide.
     pub screw_friction: Friction<T>,
@@ -56,16 +56,17 @@ pub struct Plant<T> {
     /// Angle of the screw at power-on, unknown to the software before homing.
     #[field(symbol = "φ_0", unit = "rad", range = -1e4..=1e4)]
     pub start_angle: T,
-    /// Standard deviation by which the instant of each tick wanders about its place, in whole steps of the virtual machine.
-    /// The software goes on believing that ticks are equal.
+    /// Standard deviation of the instants of the ticks about their nominal times, rounded to whole steps of the virtual
+    /// machine. The software assumes equal ticks.
     #[field(symbol = "σ_t", unit = "s", range = 0.0..=1e-3)]
     pub tick_jitter: T,
 }
 
-/// Two linings pressed against a disc on the screw. Released linings leave the disc: the inertia stays.
+/// Friction wheel: two linings pressed against a disc on the screw. If the linings are released, the disc and its
+/// inertia remain.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Wheel<T> {
-    /// Preload of the linings: factor of the wheel's whole friction; 0 is exactly no torque.
+    /// Preload of the linings: factor of the whole friction of the wheel. 0: exactly no torque.
     #[field(symbol = "p", unit = "1", range = 0.0..=1.0, default = 1.0)]
     pub preload: T,
     /// Friction at preload 1.
@@ -103,14 +104,14 @@ pub struct PlantInput<T> {
     /// Output of the load amplifier's D/A converter.
     #[field(symbol = "u_amp", unit = "V")]
     pub amplifier_voltage: T,
-    /// External torque on the screw, with positive motion.
+    /// External torque on the screw, in the positive direction.
     #[field(symbol = "M_ext", unit = "N m")]
     pub external_torque: T,
-    /// Standard normals, independent, new in each tick.
+    /// Independent standard normal numbers, new in each tick.
     pub noise: Noise<T>,
 }
 
-/// Standard normals for the instruments.
+/// Standard normal numbers for the instruments.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Noise<T> {
     /// Accelerometer.
@@ -127,9 +128,9 @@ pub struct Noise<T> {
     pub converters: [T; 3],
 }
 
-/// The virtual machine between the converters: a tick of it, in steps.
+/// One tick of the virtual machine between the converters, in steps.
 ///
-/// The inputs are held over the tick; at its end every instrument is read.
+/// The inputs are held over the tick; all instruments are read at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct VirtualMachine<T> {
     /// The moving parts, prepared for their step.
@@ -150,7 +151,7 @@ impl<T: Scalar> Block<T> for VirtualMachine<T> {
 }
 
 impl<T: Scalar> VirtualMachine<T> {
-    /// A number of steps of `dt` [s], at least one, with the inputs held: a tick that is longer or shorter than the others.
+    /// Takes a number of steps of `dt` [s], at least one, with the inputs held: a tick of any length.
     #[inline(always)]
     pub fn take(&self, steps: usize, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
         let Machine { plant, pickups, .. } = &self.parts;

@@ -1,6 +1,6 @@
 //! Largest stable step of the virtual machine.
 //!
-//! The step is exact in all that is linear and exponential in what slides, but explicit in a stuck bristle and in the
+//! The step is exact for the linear part and exponential for sliding bristles, but explicit for a stuck bristle and for
 //! viscous friction. For a mass J on an elastic bristle, with a = σ₀·h²/J and b = (σ₁ + b_viscous)·h/J, Jury's
 //! conditions give the region of stability exactly:
 //!
@@ -8,10 +8,10 @@
 //! a + 4·b < 8,   a·(2 − b) < 4·b² − 4·b + 8,   a³ + 3·a²·b − 6·a·b² − 8·b³ + 32·b > 0
 //! ```
 //!
-//! The triangle a + 2·b ≤ 4 lies within it and shares its corners (4, 0) and (0, 2). It also holds with a second mass
-//! on the coupling, stuck or not, while the coupling turns by less than half a radian of its free vibration in a step,
-//! and in sliding: a falling Stribeck branch keeps its own instability and gets no other. An elastic arm counts twice.
-//! Found by `tests/reference/integrator/stability.py`; `docs/integrator.md` has the numbers.
+//! The triangle a + 2·b ≤ 4 lies within it and shares its corners (4, 0) and (0, 2). The triangle is also valid with a
+//! second mass on the coupling, stuck or not, if a step is less than 0.5 rad of the coupling's free vibration, and in
+//! sliding: a falling Stribeck branch keeps its physical instability, and no numerical one is added. An elastic arm
+//! counts twice. Computed by `tests/reference/integrator/stability.py`; `docs/integrator.md` has the numbers.
 
 use super::{Arm, Plant, square_root};
 use crate::fields::{ParameterError, at_most};
@@ -20,7 +20,7 @@ use crate::friction::Friction;
 /// Largest phase of the coupling's free vibration in a step [rad].
 const COUPLING_PHASE: f64 = 0.5;
 
-/// A coupling rings up to twice the torque of the motor into its load.
+/// Largest torque of a ringing coupling on the load, as a multiple of the motor's torque.
 const OVERSHOOT: f64 = 2.0;
 
 /// Stiffness and damping on a mass, each per inertia [1/s², 1/s].
@@ -42,7 +42,7 @@ impl Stiff {
         Stiff { stiffness: self.stiffness + other.stiffness, damping: self.damping + other.damping }
     }
 
-    /// The step at which a + 2·b = 4 [s]; beyond all use where nothing is stiff.
+    /// The step at which a + 2·b = 4 [s]; very large without stiffness and damping.
     fn largest_step(self) -> f64 {
         let square = self.damping * self.damping + 4.0 * self.stiffness;
         4.0 / (self.damping + square_root(square + f64::MIN_POSITIVE))
@@ -50,7 +50,7 @@ impl Stiff {
 }
 
 impl Plant<f64> {
-    /// The largest stable step [s], and what to do for a larger one.
+    /// The largest stable step [s], and the remedy if it is too small.
     fn step_bound(&self) -> (f64, &'static str) {
         let drive = &self.drive;
         let torque = self.servo.torque_limit;
@@ -122,7 +122,7 @@ mod tests {
             let error = on_load.check_step(STEP).expect_err("beyond a + 2·b = 4");
             assert_eq!((error.field, error.value, error.bound), ("plant_step", STEP, on_load.largest_step()));
             assert!(error.remedy.contains("load"), "{}", error.remedy);
-            // On the bound, where a + 2·b = 4 with the factor of the wheel's own bristles away, it is accepted.
+            // A step at the bound, a + 2·b = 4 without the bristles of the wheel, is accepted.
             on_load.wheel.preload = 0.0;
             let step = on_load.largest_step();
             let (stiffness, damping) = on_load.screw_friction.stiffest();

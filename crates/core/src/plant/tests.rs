@@ -1,4 +1,4 @@
-//! Laws of the virtual machine.
+//! Properties of the virtual machine.
 
 use core::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ fn friction(model: Model<f64>) -> Friction<f64> {
     Friction { model, ..Friction::default() }
 }
 
-/// The load slides on one contact only; the motor has no friction of its own.
+/// The load slides on one contact only; the motor has no friction.
 fn plant(model: Model<f64>) -> Plant<f64> {
     let mut plant = Plant { screw_friction: friction(model), ..Plant::default() };
     plant.wheel.preload = 0.0;
@@ -32,7 +32,7 @@ fn models() -> [(&'static str, Model<f64>); 5] {
     ]
 }
 
-/// Runs with a torque [N m] on the screw, given over time [s]; returns the motion in between.
+/// Runs with a torque [N m] on the screw, given over time [s]; returns the motion in the last step.
 fn run(
     machine: &Machine<f64>,
     state: &mut MachineState<f64>,
@@ -47,7 +47,7 @@ fn run(
     motion
 }
 
-/// Largest way [rad] in some seconds under a torque [N m], once twenty seconds have brought it to rest.
+/// Largest distance [rad] in a time [s] under a torque [N m], after 20 s in which the load comes to rest.
 fn creep(plant: Plant<f64>, torque: f64, seconds: f64) -> f64 {
     let machine = plant.prepare(10, STEP);
     let mut state = MachineState::default();
@@ -57,7 +57,7 @@ fn creep(plant: Plant<f64>, torque: f64, seconds: f64) -> f64 {
     for step in 1..=(seconds / STEP).round() as u32 {
         machine.step(&mut state, input, STEP);
         way = way.max((state.angle - start).abs());
-        // A state that was there before, to the bit: the rest of the time is the same cycle again.
+        // If a state recurs bit for bit, the rest of the time repeats the same cycle.
         if state == earlier {
             break;
         }
@@ -71,7 +71,7 @@ fn creep(plant: Plant<f64>, torque: f64, seconds: f64) -> f64 {
 #[test]
 fn a_load_below_breakaway_does_not_creep_in_a_thousand_seconds() {
     for (name, model) in models() {
-        // Dahl's bristles have no breakaway peak: 0.9 of its sliding level, of the others 0.9·M_S.
+        // Dahl's model has no breakaway peak: 0.9 of its sliding level; 0.9·M_S for the others.
         let level = if name == "Dahl" { 0.18 } else { 0.3 };
         let way = creep(plant(model), 0.9 * level, 1000.0);
         assert!(way <= 1e-9, "{name}: crept by {way} rad");
@@ -79,7 +79,7 @@ fn a_load_below_breakaway_does_not_creep_in_a_thousand_seconds() {
 }
 
 #[test]
-fn neither_does_it_whatever_the_friction_depends_on() {
+fn a_load_below_breakaway_does_not_creep_with_all_dependences_of_friction() {
     for (name, model) in models() {
         let mut plant = plant(model);
         plant.screw_friction.direction = Direction { asymmetry: 0.2, viscous_asymmetry: -0.1, offset: 0.01 };
@@ -88,11 +88,11 @@ fn neither_does_it_whatever_the_friction_depends_on() {
         plant.screw_friction.rest = Rest::Rising(Rising::default());
         let warming = Warming { temperature: 20.0, fall: 0.005, viscous_fall: 0.005 };
         plant.screw_friction.temperature = Temperature::Exponential(warming);
-        // The least that friction can be: 0.8 by direction, 0.7 by position, 0.9 by temperature, fresh, and nothing carried;
-        // the offset pulls along.
+        // The smallest possible friction: 0.8 by direction, 0.7 by position, 0.9 by temperature, without age and load;
+        // the offset acts with the torque.
         let level = if name == "Dahl" { 0.18 } else { 0.3 };
-        // The contact ages, so that no state comes again. Under a torque that stays creep keeps its rate: a tenth of the time
-        // for a tenth of the way.
+        // The contact ages, so that no state recurs. Under a constant torque the rate of creep is constant: a tenth of
+        // the time for a tenth of the distance.
         let way = creep(plant, -0.9 * (0.8 * 0.7 * 0.9 * level - 0.01), 100.0);
         assert!(way <= 1e-10, "{name}: crept by {way} rad");
     }
@@ -104,7 +104,7 @@ fn under_a_vibrating_load_lugre_drifts_and_the_others_hold() {
         let machine = plant(model).prepare(10, STEP);
         let mut state = MachineState::default();
         run(&machine, &mut state, 0.5, |t| 0.15 * (t / 0.1).min(1.0));
-        // 0.5·M_S with ±0.05·M_S at 20 Hz on it, read at the same phase, once the first swings are over.
+        // 0.5·M_S plus ±0.05·M_S at 20 Hz, compared at the same phase after the first swings.
         let vibrating = |t: f64| 0.15 + 0.015 * (TAU * 20.0 * t).sin();
         let start = run(&machine, &mut state, 5.0, vibrating).angle;
         let end = run(&machine, &mut state, 10.0, vibrating).angle;
@@ -132,9 +132,9 @@ fn a_load_that_has_rested_longer_breaks_away_later() {
         pulled
     };
     let [fresh, rested] = [0.0, 20.0].map(breakaway);
-    // While it is pulled, with 0.3 N·m/s, the contact ages as well: 0.3·(1 + 0.5·1.28/2.28) after 1.28 s, and
-    // 0.3·(1 + 0.5·21.5/22.5) after 20 s of rest. What the presliding takes back and what the pull still rises until the load
-    // runs at 1 rad/s are a few per cent.
+    // The contact also ages while the pull rises at 0.3 N·m/s: 0.3·(1 + 0.5·1.28/2.28) after 1.28 s, and
+    // 0.3·(1 + 0.5·21.5/22.5) after 20 s of rest. Presliding and the further rise of the pull until the load runs at
+    // 1 rad/s change this by a few per cent.
     for (pulled, expected) in [(fresh, 0.384), (rested, 0.443)] {
         assert!((pulled / expected - 1.0).abs() <= 0.03, "{pulled} N m, expected {expected} N m");
     }
@@ -290,8 +290,8 @@ fn an_arm_swings_at_its_frequency() {
 }
 
 #[test]
-fn what_the_pickups_see_is_of_second_order_in_the_step() {
-    // No friction, so that nothing but the step is in the error.
+fn the_error_of_the_pickups_is_of_second_order_in_the_step() {
+    // Without friction, so that the error is that of the step alone.
     let machine = VirtualMachine { parts: plant(Model::Nothing).prepare(1, 1e-3) };
     let pickups = |steps: usize| {
         let (mut state, tick) = (PlantState::default(), 1e-3);

@@ -1,4 +1,4 @@
-//! A virtual load with the desired friction, which the load is made to follow.
+//! Admittance: the load follows a virtual load with the desired friction.
 
 use super::bristle::slide;
 use super::{LawInput, LawOutput, LawState};
@@ -9,23 +9,23 @@ use crate::estimate::DriveObserver;
 use crate::friction::{Friction, Memory};
 use crate::scalar::{Mask, Scalar};
 
-/// Load-side admittance: the estimated torque of the coupling drives a virtual load that has the desired friction, and
-/// the load motor makes the load follow it.
+/// Load-side admittance: the estimated torque of the coupling drives a virtual load with the desired friction, and the
+/// load motor makes the load follow it.
 ///
 /// ```text
 /// J_L·Ω̇_v = M_C − M_desired(z_d, Ω_v)
 /// M_diff  = M_desired(z_d, Ω_v) − M_own(z, Ω) − r − J_L·[ω_t²·(φ_v − φ) + 2·ω_t·(Ω_v − Ω)]
 /// ```
 ///
-/// Stiff desired bristles live in the virtual load alone, so that they do not limit the loop. What is wrong with K_t or
-/// J_L is rendered away as if it were friction: calibrate first.
+/// Stiff desired bristles are in the virtual load alone, so that they do not limit the loop. Errors of K_t and J_L are
+/// compensated as if they were friction: calibrate first.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Admittance<T> {
-    /// The drive with its own friction, and what corrects it.
+    /// Observer of the drive with its own friction.
     pub observer: DriveObserver<T>,
     /// Desired friction.
     pub desired: Friction<T>,
-    /// Bandwidth with which the virtual load is followed, critically damped.
+    /// Bandwidth with which the load follows the virtual load, critically damped.
     #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 150.0)]
     pub bandwidth: T,
     /// Steps of the model from the next tick to the start and to the end of the averaged interval.
@@ -46,7 +46,8 @@ struct Virtual<T> {
 }
 
 impl<T: Scalar> Admittance<T> {
-    /// One step under the coupling's torque [N m], beside a load at this velocity [rad/s]: well balanced, as the drive.
+    /// One step of the virtual load under the coupling's torque [N m], while the load has this velocity [rad/s]; well
+    /// balanced, as the step of the drive.
     #[inline(always)]
     fn advance(&self, load: &mut Virtual<T>, coupling: T, velocity: T, dt: T) {
         let per_inertia = T::of(1.0) / self.observer.model.drive.load_inertia;
@@ -78,7 +79,7 @@ impl<T: Scalar> Block<T> for Admittance<T> {
     #[inline(always)]
     fn step(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
         let observed = input.observed(state);
-        // JointDistribution with the load where the observer has just begun.
+        // The virtual load starts with the load when the observer starts.
         let known = state.observer.started.gt(T::of(0.5));
         let before = known.select(state.observer.drive.angle, input.angle);
         let mut load = Virtual {
@@ -90,7 +91,7 @@ impl<T: Scalar> Block<T> for Admittance<T> {
         let estimate = self.observer.follow(&mut state.observer, &observed, dt, |middle, h| {
             self.advance(&mut load, middle.coupling_torque, middle.velocity, h);
         });
-        // A corrected angle moves the load, not the virtual one.
+        // A correction of the angle moves the load, not the virtual load.
         load.lead += before - estimate.angle;
         state.virtual_velocity = nan_to_zero(load.velocity);
         state.virtual_lead = nan_to_zero(load.lead);

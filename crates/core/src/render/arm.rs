@@ -1,9 +1,8 @@
-//! An elastic arm that is not there: the load motor gives the torque with which it would load the carriage.
+//! Rendered elastic arm: the load motor gives the torque with which a mounted arm would load the carriage.
 //!
-//! Of its two parts only the one that moves with the carriage needs the measured acceleration and closes an algebraic
-//! loop over sensor and current control. The mode has no direct feed-through: it is driven by the observed angle and
-//! velocity, which have neither the accelerometer's offset nor its noise, or, where the observer is too slow for it, by
-//! the acceleration without its offset.
+//! Only the rigid part of the arm needs the measured acceleration; it closes an algebraic loop over sensor and current
+//! control. The mode has no direct feed-through: it is driven by the observed angle and velocity, which have neither
+//! the accelerometer's offset nor its noise, or, if the observer is too slow, by the acceleration without its offset.
 
 use crate::Fields;
 use crate::block::Block;
@@ -15,7 +14,7 @@ use crate::scalar::{Mask, Scalar};
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
 pub enum RenderedArm<T> {
-    /// Nothing.
+    /// No arm.
     Nothing,
     /// An elastic arm.
     Elastic(ArmRendering<T>),
@@ -23,7 +22,7 @@ pub enum RenderedArm<T> {
 
 /// The torque of an elastic arm, against positive motion: `J_r·Ω̇ − k_a·q − d_a·q̇`, with the twist q = φ_a − φ.
 ///
-/// Between two samples the carriage moves steadily and the mode flows exactly.
+/// Between two samples the velocity of the carriage is constant and the flow of the mode is exact.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct ArmRendering<T> {
     /// The arm.
@@ -31,7 +30,7 @@ pub struct ArmRendering<T> {
     /// Whether the measured acceleration drives the mode, instead of the observed motion.
     #[field(unit = "1", flag)]
     pub by_acceleration: T,
-    /// Share of the acceleration's change that the rigid part follows in a sample; 1: all.
+    /// Low-pass of the acceleration for the rigid part: share of a change that passes in one sample. 1: no low-pass.
     #[field(symbol = "γ", unit = "1", range = 1e-4..=1.0, default = 1.0)]
     pub low_pass: T,
     /// Flow of twist and rate over a sample, row by row.
@@ -48,22 +47,22 @@ pub struct ArmState<T> {
     /// Twist of the mode, φ_a − φ.
     #[field(symbol = "q", unit = "rad")]
     pub twist: T,
-    /// Its rate.
+    /// Rate of the twist.
     #[field(symbol = "q̇", unit = "rad/s")]
     pub rate: T,
-    /// Angle of the screw a sample ago.
+    /// Angle of the screw one sample ago.
     #[field(symbol = "φ", unit = "rad")]
     pub angle: T,
-    /// Velocity of the screw a sample ago.
+    /// Velocity of the screw one sample ago.
     #[field(symbol = "Ω", unit = "rad/s")]
     pub velocity: T,
-    /// Acceleration of the screw a sample ago.
+    /// Acceleration of the screw one sample ago.
     #[field(symbol = "Ω̇", unit = "rad/s^2")]
     pub acceleration: T,
-    /// Acceleration of the screw at the rigid part.
+    /// Low-passed acceleration of the screw, for the rigid part.
     #[field(symbol = "Ω̇_r", unit = "rad/s^2")]
     pub felt_acceleration: T,
-    /// Whether there is an arm; it starts at rest relative to the carriage.
+    /// Whether the arm runs; it starts at rest relative to the carriage.
     #[field(unit = "1", flag)]
     pub started: T,
 }
@@ -88,7 +87,8 @@ impl<T: Scalar> Block<T> for ArmRendering<T> {
         let (angle, velocity) = (delayed(state.angle, motion.angle), delayed(state.velocity, motion.velocity));
         let acceleration = delayed(state.acceleration, motion.acceleration);
 
-        // The carriage's velocity goes from what it was to its mean over the last sample, and from there to what it is.
+        // The velocity of the carriage steps from its last value to the mean over the last sample, then to its new
+        // value.
         let mean = (motion.angle - angle) / dt;
         let by_acceleration = self.by_acceleration.gt(T::of(0.5));
         let half = T::of(0.5) * dt;
@@ -125,7 +125,7 @@ mod tests {
         ArmRendering { arm, by_acceleration, flow: arm.flow(DT), ..ArmRendering::default() }
     }
 
-    /// A carriage that swings, φ = sin ωt, at a time [s].
+    /// Motion of a swinging carriage, φ = sin ωt, at a time [s].
     fn swinging(omega: f64, time: f64) -> VelocityObserverOutput<f64> {
         let (sin, cos) = (omega * time).sin_cos();
         VelocityObserverOutput {
@@ -136,7 +136,7 @@ mod tests {
         }
     }
 
-    /// The torque of the arm on a carriage that swings: the answer of a linear system.
+    /// The torque of the arm on a swinging carriage is the response of a linear system.
     #[test]
     fn the_torque_is_that_of_an_arm_which_is_dragged_along() {
         for by_acceleration in [0.0, 1.0] {
@@ -164,7 +164,7 @@ mod tests {
                         worst = worst.max((torque - exact).abs());
                     }
                 }
-                // Second order in what is faster, the carriage or the mode.
+                // The error is of second order in the faster of carriage and mode.
                 let faster = omega.max((arm.stiffness / arm.inertia).sqrt());
                 let bound = (faster * DT).powi(2) * largest;
                 assert!(worst <= bound, "{hertz} Hz, {by_acceleration}: {worst} of {largest}, {bound}");

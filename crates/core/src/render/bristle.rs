@@ -1,4 +1,4 @@
-//! Difference of two frictions with bristles, on a predicted velocity.
+//! Difference of two frictions with bristles at a predicted velocity.
 
 use super::{LawInput, LawOutput, LawState};
 use crate::Fields;
@@ -8,18 +8,19 @@ use crate::estimate::{DriveObserver, DriveObserverInput};
 use crate::friction::{Contact, Friction, Memory};
 use crate::scalar::Scalar;
 
-/// Desired less own friction, both with bristles on the same velocity: that of an observer which contains the drive and
-/// its friction, run ahead to when the torque acts.
+/// Desired minus own friction, both with bristles and at the same velocity: that of an observer of the drive and its
+/// friction, predicted to the time at which the torque acts.
 ///
 /// ```text
 /// M_diff = mean over the look-ahead of  M_desired(z_d, Ω) − M_own(z, Ω) − r
 /// ```
 ///
-/// Renders presliding and breakaway, without a fade-out and without a friction wheel. How far it can be trusted is how
-/// far the observer's friction is that of the machine; what it lacks may be estimated as a torque r ([`DriveObserver`]).
+/// Renders presliding and breakaway, without a fade-out and without a friction wheel. The rendered friction is as
+/// accurate as the observer's model of the own friction; the error of this model can be estimated as a torque r
+/// ([`DriveObserver`]).
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct BristleDifference<T> {
-    /// The drive with its own friction, and what corrects it.
+    /// Observer of the drive with its own friction.
     pub observer: DriveObserver<T>,
     /// Desired friction.
     pub desired: Friction<T>,
@@ -31,8 +32,8 @@ pub struct BristleDifference<T> {
     pub torque_limit: T,
 }
 
-/// One step of friction without an integrator around it: the mean torque.
-// Out of line: it holds every model of friction.
+/// One step of friction alone, with predictor and corrector: the mean torque [N m].
+// Not inlined: it contains the code of all friction models.
 #[inline(never)]
 pub(super) fn slide<T: Scalar>(friction: &Friction<T>, memory: &mut Memory<T>, velocity: T, dt: T) -> T {
     let contact = Contact { velocity, ..Contact::default() };

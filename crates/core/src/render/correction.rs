@@ -1,11 +1,11 @@
-//! Correction of a rendering law after a measurement of its friction.
+//! Correction of a rendering law, from a measurement of the rendered friction.
 
 use crate::Fields;
 use crate::block::Block;
 use crate::fields::{Relation, at_least};
 use crate::scalar::{Mask, Scalar};
 
-/// Points of the table.
+/// Number of points of the table.
 pub const POINTS: usize = 24;
 
 /// Torque added to that of the active rendering law.
@@ -18,15 +18,15 @@ pub enum Correction<T> {
     Table(CorrectionTable<T>),
 }
 
-/// A torque over the speed, the same against both directions.
+/// A torque over the speed, equal against both directions of motion.
 ///
 /// ```text
 /// M_corr = sign(Ω)·s(|Ω|)·M(ln |Ω|),   s = 0 up to Ω_0, rising to 1 at Ω_1
 /// ```
 ///
-/// M is linear between its points, evenly spaced over ln Ω from Ω_1 to the fastest, and constant beyond. With Ω_0 = 0
-/// the torque rises from standstill on; with the fade-out of a law as Ω_0 there is none within it, and no step at its
-/// limits.
+/// M is linear in ln Ω between points that are evenly spaced in ln Ω from Ω_1 to Ω_24, and constant beyond. With Ω_0 =
+/// 0 the torque rises from standstill. With Ω_0 = Ω_fade of a law, no torque is added in the fade-out interval and
+/// there is no step at its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = CorrectionTable::law)]
 pub struct CorrectionTable<T> {
@@ -36,7 +36,7 @@ pub struct CorrectionTable<T> {
     /// Speed of the first point.
     #[field(symbol = "Ω_1", unit = "rad/s", range = 1e-4..=1e3, default = 0.05)]
     pub slowest: T,
-    /// Speed of the last.
+    /// Speed of the last point.
     #[field(symbol = "Ω_24", unit = "rad/s", range = 1e-3..=1e4, default = 50.0)]
     pub fastest: T,
     /// Torques at the points.
@@ -45,7 +45,7 @@ pub struct CorrectionTable<T> {
 }
 
 impl<T: Scalar> CorrectionTable<T> {
-    /// The speeds rise, well apart.
+    /// The speeds rise by a factor of at least 1.0001.
     fn law(&self) -> [Relation<T>; 2] {
         const APART: f64 = 1.000_1;
         let remedy = "The table goes from where it begins over its first point to its last.";
@@ -139,20 +139,20 @@ mod tests {
     }
 
     #[test]
-    fn it_is_odd_nothing_where_the_law_fades_out_and_constant_beyond_its_ends() {
+    fn the_torque_is_odd_zero_in_the_fade_out_and_constant_beyond_the_ends() {
         let table = table();
         for velocity in [0.0, 0.1, 0.3, 0.4, 0.7, 12.0, 49.0, 90.0] {
             assert_eq!(table.torque_at(-velocity), -table.torque_at(velocity), "{velocity}");
         }
         assert_eq!((table.torque_at(0.3), table.torque_at(0.1), table.torque_at(0.0)), (0.0, 0.0, 0.0));
-        // Half way up its rise.
+        // In the middle of the rise.
         assert!((table.torque_at(0.4) - 0.5 * table.torque[0]).abs() < 1e-15);
-        // The differences of the points add up to the last one but for their rounding.
+        // The differences of the points add up to the last one, except for rounding.
         assert!((table.torque_at(1e3) - table.torque[POINTS - 1]).abs() < 1e-15);
     }
 
     #[test]
-    fn a_table_of_zeros_has_no_effect_and_no_number_gives_no_torque() {
+    fn a_table_of_zeros_has_no_effect_and_a_non_finite_velocity_gives_no_torque() {
         let zeros = Correction::Table(CorrectionTable::default());
         for velocity in [-70.0, -0.1, 0.0, 0.02, 3.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(zeros.correct(0.123, velocity, 1e-3), 0.123, "{velocity}");

@@ -20,8 +20,9 @@ pub struct DifferenceTorque<T> {
     pub desired: Stribeck<T>,
     /// Own friction, friction wheel included, as measured.
     pub own: Stribeck<T>,
-    /// Half width of the fade-out interval around standstill. 2.5 to 3 times the standard deviation of the estimated
-    /// velocity: narrower, noise turns the sign; wider, less of the characteristic is rendered.
+    /// Half width of the fade-out interval around standstill. Recommended: 2.5 to 3 times the standard deviation of the
+    /// estimated velocity. In a narrower interval noise changes the sign; a wider one renders less of the
+    /// characteristic.
     #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
     pub fade_velocity: T,
     /// Largest torque of the load motor.
@@ -38,7 +39,8 @@ impl<T: Scalar> DifferenceTorque<T> {
         let own = self.own.run(&mut (), Speed { speed }, none).torque;
         let difference = desired - own;
         let limited = difference.clamp(-self.torque_limit, self.torque_limit);
-        // Not `speed < fade`: a NaN must give zero, not reach the motor. Nor does an infinite speed: ∞·0 is none.
+        // Not `speed < fade`: a NaN must give zero and not reach the motor. The same holds for an infinite speed, as
+        // ∞·0 is NaN.
         let outside = speed.gt(self.fade_velocity) & speed.lt(T::of(1e9));
         outside.select(limited * velocity.sign(), T::of(0.0))
     }
@@ -79,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_gives_no_torque() {
+    fn a_non_finite_velocity_gives_no_torque() {
         for velocity in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(law().torque(velocity), 0.0);
         }

@@ -6,16 +6,16 @@ use crate::block::Block;
 use crate::friction::Stribeck;
 use crate::scalar::{Mask, Scalar};
 
-/// Karnopp's rendering: outside a band around standstill the static difference, within it the load motor takes up what
-/// own friction does not.
+/// Karnopp's rendering law: outside a band around standstill the static difference; within it the load motor adds the
+/// holding torque that the own friction lacks.
 ///
 /// ```text
 /// |Ω_est| > Ω_b:  M_diff = sign(Ω_est)·[M_desired(|Ω_est|) − M_own(|Ω_est|)]
 /// |Ω_est| ≤ Ω_b:  M_diff = clamp(M_M + K_h·Ω_est, ±M_S,desired) − clamp(M_M, ±M_S,own)
 /// ```
 ///
-/// D. Karnopp, ASME J. Dyn. Syst. 107 (1985) 100. The motor's commanded torque M_M stands for the coupling's, the term
-/// K_h·Ω_est holds the load where it is. No presliding.
+/// D. Karnopp, ASME J. Dyn. Syst. 107 (1985) 100. The commanded torque M_M of the motor is used instead of the torque
+/// of the coupling; the term K_h·Ω_est holds the load in its place. No presliding.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Karnopp<T> {
     /// Desired friction.

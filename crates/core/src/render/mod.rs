@@ -1,12 +1,13 @@
-//! Rendering laws: which torque the load motor adds, so that the axis feels the desired friction.
+//! Rendering laws: the torque that the load motor adds, so that the axis has the desired friction.
 //!
-//! All give M_diff against positive motion, so that own friction and load motor together make the desired friction.
+//! All laws give M_diff against positive motion: own friction and load motor together give the desired friction.
 //! [`DifferenceTorque`], [`SmoothDifference`] and [`Karnopp`] need no model but the two characteristics;
-//! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding. [`Correction`] adds to
-//! any of them what a measurement under it has shown to lack, [`RenderedArm`] the torque of an elastic arm on the carriage.
+//! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding. [`Correction`] adds
+//! to any law the torque that was missing in a measurement under this law; [`RenderedArm`] adds the torque of an
+//! elastic arm on the carriage.
 //!
-//! `stickslip_design` prepares the selected law for a bench and computes its margins; `stickslip_simulate` makes the choice
-//! of `auto`.
+//! `stickslip_design` prepares the selected law for a bench and computes its margins; `stickslip_simulate` selects the
+//! law for `auto`.
 
 mod admittance;
 mod arm;
@@ -45,7 +46,7 @@ pub enum Law<T> {
     Karnopp(Karnopp<T>),
     /// Difference of two frictions with bristles.
     Bristle(BristleDifference<T>),
-    /// A virtual load with the desired friction, followed.
+    /// The load follows a virtual load with the desired friction.
     Admittance(Admittance<T>),
 }
 
@@ -81,7 +82,7 @@ pub struct LawOutput<T> {
     /// Velocity of the screw as used by the law, for the back-EMF.
     #[field(symbol = "Ω_est", unit = "rad/s")]
     pub velocity: T,
-    /// Current of the load motor to be expected when the torque acts.
+    /// Expected current of the load motor at the time when the torque acts.
     #[field(symbol = "i_L", unit = "A")]
     pub current: T,
 }
@@ -123,9 +124,9 @@ pub struct LawState<T> {
 const TAKE_OVER: f64 = 20e-3;
 
 impl<T: Scalar> Law<T> {
-    /// Torque for the load motor in this tick. A law that has just come into force begins with the torque of the one
-    /// before.
-    // Out of line: the laws are long, and many hold a tick.
+    /// Torque for the load motor in this tick. A law that has just become active starts with the torque of the previous
+    /// one.
+    // Not inlined: the laws are long, and many functions contain a tick.
     #[inline(never)]
     pub fn render(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
         let wanted = match self {

@@ -12,7 +12,7 @@ use crate::scalar::{Mask, Scalar};
 /// M_diff = s/√(1 + s²)·[M_R,desired(|Ω_est|) − M_R,own(|Ω_est|)],   s = Ω_est/Ω_s
 /// ```
 ///
-/// Leaves no step, but renders less than the characteristic below a few Ω_s, and nothing at rest.
+/// The torque has no step, but it is less than the characteristic below a few Ω_s, and 0 at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct SmoothDifference<T> {
     /// Desired friction.
@@ -44,8 +44,8 @@ impl<T: Scalar> Block<T> for SmoothDifference<T> {
     }
 }
 
-/// s/√(1 + s²) of s = `velocity`/`smoothing`: −1 … 1. s/(1 + |s|) would do without the root, but lacks twice as much
-/// at ten times the smoothing velocity.
+/// s/√(1 + s²) of s = `velocity`/`smoothing`: −1 … 1. s/(1 + |s|) would need no root, but it is 9 % below 1 at ten
+/// times the smoothing velocity, instead of 0.5 %.
 #[inline(always)]
 pub(crate) fn smooth_sign<T: Scalar>(velocity: T, smoothing: T) -> T {
     let s = velocity / smoothing;

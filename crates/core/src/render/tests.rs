@@ -1,4 +1,4 @@
-//! Laws of the rendering laws.
+//! Properties of the rendering laws.
 
 use super::*;
 use crate::drive::{TwoMass, Winding};
@@ -19,12 +19,12 @@ fn desired() -> Stribeck<f64> {
     Stribeck { kinetic_torque: 0.12, stribeck_velocity: 1.5, ..Stribeck::default() }
 }
 
-/// An observer with gains of the size that a design gives.
+/// An observer with gains of typical size.
 fn observer() -> DriveObserver<f64> {
     let friction = Bristles::default().under(own());
     let model =
         DriveModel::new(TwoMass::default(), Winding::default(), 0.32e-3, Friction::default(), friction, 0.5 * DT);
-    // A stationary Kalman filter's at this tick, without the accelerometer.
+    // Gains of a stationary Kalman filter at this tick, without the accelerometer.
     let gains = ObserverGains {
         angle: [0.1, 4e-5, 0.0],
         twist: [-0.028, 4e-6, 0.0],
@@ -88,7 +88,7 @@ impl Rig {
         LawInput { estimated_velocity: velocity, angle, motor_velocity, acceleration: 0.0, current, motor_torque }
     }
 
-    /// The torque that the law asks for; the drive has then moved on.
+    /// Torque of the law; advances the drive by one tick.
     fn tick(&mut self, law: &Law<f64>, speed: f64) -> f64 {
         let input = self.input_at(speed);
         let torque = law.render(&mut self.law, input, DT).torque;
@@ -111,14 +111,14 @@ fn every_law_renders_the_difference_at_constant_speed() {
             let mut rig = Rig::settled(&law, speed);
             let (torque, speed) = (rig.tick(&law, speed), rig.drive.velocity);
             let wanted = desired().torque(speed) - own().torque(speed);
-            // The smooth sign lacks little at 200 times its velocity.
+            // The smooth sign is close to 1 at 200 times its velocity.
             assert!((torque - wanted).abs() < 0.002 * wanted.abs(), "{name} at {speed}: {torque}, not {wanted}");
         }
     }
 }
 
 #[test]
-fn a_law_begins_with_the_torque_of_the_one_before_and_lets_go_of_it() {
+fn a_law_starts_with_the_torque_of_the_previous_one_and_fades_it_out() {
     for (before, first) in laws() {
         for (after, second) in laws() {
             let mut rig = Rig::settled(&first, 2.0);
@@ -132,7 +132,7 @@ fn a_law_begins_with_the_torque_of_the_one_before_and_lets_go_of_it() {
             assert!(rig.law.bump.abs() < 1e-9, "{before} to {after}: {} is left", rig.law.bump);
         }
     }
-    // The guard fires: without it the torque steps.
+    // Without the fading the torque steps.
     let [(_, paper), .., (_, admittance)] = laws();
     let mut rig = Rig::settled(&paper, 2.0);
     let torque = rig.law.torque;
@@ -187,7 +187,7 @@ fn a_diverging_observer_restarts_before_it_overflows() {
 }
 
 #[test]
-fn karnopps_load_at_rest_takes_up_what_own_friction_does_not() {
+fn at_rest_karnopps_law_adds_the_holding_torque_that_own_friction_lacks() {
     let Law::Karnopp(law) = laws()[2].1 else { panic!("the third law is Karnopp's") };
     let stronger = Karnopp { desired: Stribeck { breakaway_torque: 0.5, ..desired() }, ..law };
     let at_rest = |motor_torque| {

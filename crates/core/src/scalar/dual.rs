@@ -29,7 +29,7 @@ impl<const N: usize> Dual<N> {
         Dual { value, gradient }
     }
 
-    /// A function of this number by its value and its slope here.
+    /// A function of this number, given its value and its slope at this number.
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {
         Dual { value, gradient: self.gradient.map(|g| slope * g) }
@@ -168,7 +168,7 @@ impl<const N: usize> Scalar for Dual<N> {
         self.chain(Scalar::cos(self.value), -Scalar::sin(self.value))
     }
 
-    // Steps have the derivative 0 wherever they have one.
+    // The derivative of a step function is 0 wherever it exists.
     #[inline]
     fn round(self) -> Self {
         Self::of(Scalar::round(self.value))

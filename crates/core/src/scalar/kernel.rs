@@ -1,6 +1,7 @@
 //! The value kernels of the transcendental functions, in [`Scalar`] operations only.
 //!
-//! One text gives `f64`, `f32`, every lane and, recorded, the C functions: the bits agree because the operations do.
+//! One source gives `f64`, `f32`, every lane and, recorded, the C functions: the operations are the same, so that the
+//! results agree bit for bit.
 //! Reductions after Cody and Waite; the polynomials of sine and cosine are those of fdlibm (Sun Microsystems, 1993).
 
 use super::{Mask, Scalar};
@@ -30,7 +31,7 @@ pub fn exp<T: Scalar>(x: T) -> T {
     (value + value) * (k - T::of(1.0)).power_of_two()
 }
 
-/// ln x of a normal positive number, within 2 ulp. Otherwise −∞ at 0 and NaN below are not promised.
+/// ln x of a normal positive number, within 2 ulp. The value for other numbers is unspecified, also at 0 and below.
 #[inline(always)]
 pub fn ln<T: Scalar>(x: T) -> T {
     // x = 2^k·m with m in √½ … √2, where the logarithm of m does not cancel against k·ln 2.
@@ -70,7 +71,7 @@ pub fn cos<T: Scalar>(x: T) -> T {
     turn(quadrant + T::of(1.0), r)
 }
 
-/// Nearest whole number of one that is far below 2^51 (`f32`: 2^22), ties to even.
+/// Nearest whole number, ties to even, for |x| far below 2^51 (`f32`: 2^22).
 #[inline(always)]
 fn nearest<T: Scalar>(x: T) -> T {
     // Adding 1.5·2^(p−1) leaves no bits for a fraction, whatever the sign.
@@ -134,7 +135,7 @@ pub fn cosine<T: Scalar>(r: T) -> T {
         + z * (T::of(-2.755_731_435_139_066_330_35e-7)
             + z * (T::of(2.087_572_321_298_174_827_90e-9) + z * T::of(-1.135_964_755_778_819_482_65e-11)));
     let p = T::of(4.166_666_666_666_660_190_37e-2) + z * (T::of(-1.388_888_888_887_410_957_49e-3) + z * high);
-    // 1 − z/2 rounds; what it loses is added back.
+    // 1 − z/2 is rounded; the rounding error is added back.
     let half = T::of(0.5) * z;
     let w = T::of(1.0) - half;
     w + ((T::of(1.0) - w - half) + z * z * p)

@@ -1,4 +1,4 @@
-//! N numbers side by side, for studies.
+//! N numbers in parallel lanes, for studies.
 //!
 //! Plain arrays with inlined operators: instantiated inside a function with `#[target_feature]`, the compiler turns
 //! them into vector instructions. Each lane has the bits of its scalar.
@@ -7,7 +7,7 @@ use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Su
 
 use super::{Mask, Scalar};
 
-/// N numbers of one type, all worked on by each operation.
+/// N numbers of one type; each operation applies to all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct Lanes<F, const N: usize>(
@@ -30,8 +30,8 @@ pub struct LaneMask<const N: usize>(
     pub [bool; N],
 );
 
-/// Lane by lane. The loop tests at its end: a step is thousands of these loops within another, and one that tests at
-/// its start costs the compiler twice the time. A macro, since a closure would stay a call.
+/// Computes each lane. The loop tests at its end: a step contains thousands of these loops, and with a test at the
+/// start compilation takes twice the time. A macro, because a closure would not be inlined.
 macro_rules! fill {
     ($start:expr, |$i:ident| $value:expr) => {{
         const { assert!(N > 0, "lanes without a lane") };
@@ -168,7 +168,7 @@ impl<F: Scalar<Mask = bool>, const N: usize> Scalar for Lanes<F, N> {
         self.each(F::exponent)
     }
 
-    // The same kernels, lane by lane: one loop for the compiler to vectorise instead of one an operation.
+    // The same kernels, lane by lane: the compiler has one loop to vectorise instead of one per operation.
     #[inline(always)]
     fn exp(self) -> Self {
         self.each(F::exp)

@@ -1,4 +1,4 @@
-//! The numbers that everything is written over.
+//! Number types over which all blocks are generic.
 //!
 //! A signal path has no `if`: choices are values ([`Mask::select`]). All arithmetic is IEEE 754 with one rounding per
 //! operation, so that every instance of a block agrees bit for bit (all non-NaN results).
@@ -15,15 +15,15 @@ pub use lanes::{LaneMask, Lanes};
 
 use crate::block::Block;
 
-/// The outcome of a comparison: one truth value, or one a lane.
+/// The result of a comparison: one truth value, or one per lane.
 pub trait Mask<T>: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// `yes` where the mask is true, `no` elsewhere. Both are computed, one counts.
+    /// `yes` where the mask is true, `no` elsewhere. Both are computed.
     fn select(self, yes: T, no: T) -> T;
 }
 
 /// A number of the signal path.
 ///
-/// No method may fuse a multiplication with an addition, and no other library function stands on the simulated path.
+/// No method may fuse a multiplication with an addition, and the simulated path uses no other library function.
 pub trait Scalar:
     Copy
     + Debug
@@ -41,7 +41,7 @@ pub trait Scalar:
     /// Result of a comparison.
     type Mask: Mask<Self>;
 
-    /// Whether a function call costs little against what is computed in it: true for plain floats.
+    /// Whether a function call is cheap compared with the computation in it: true for plain floats.
     const CALLS_ARE_CHEAP: bool = false;
 
     /// A constant; `f32` instances round it.
@@ -50,7 +50,7 @@ pub trait Scalar:
     /// A constant that belongs to the precision, such as the split of π/2 in an argument reduction.
     fn by_precision(double: f64, single: f64) -> Self;
 
-    /// `self < other`; false for NaN, as all four.
+    /// `self < other`; false for NaN, like all four comparisons.
     fn lt(self, other: Self) -> Self::Mask;
 
     /// `self ≤ other`.
@@ -125,7 +125,7 @@ pub trait Scalar:
         self.lt(other).select(self, other)
     }
 
-    /// Limited to `low … high`; a NaN stays NaN, so that the actuator's guard sees it.
+    /// Limited to `low … high`; NaN stays NaN, so that the guard of the actuator detects it.
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         high.min(low.max(self))
@@ -138,16 +138,17 @@ pub trait Scalar:
         self.gt(zero).select(Self::of(1.0), self.lt(zero).select(Self::of(-1.0), zero))
     }
 
-    /// This number at the start of the code of one choice of the configuration.
+    /// This number, as a barrier for the compiler at the start of the code of one choice of the configuration.
     ///
-    /// A compiler that sees all choices at once computes them all and selects. For plain floats it does not see where
-    /// the result comes from, so that only the active choice is computed; all others pass the number on.
+    /// Without the barrier the compiler may compute all choices and select one. For plain floats the barrier hides the
+    /// origin of the number, so that only the active choice is computed; for all other types it has no effect.
     #[inline(always)]
     fn barrier(self) -> Self {
         self
     }
 
-    /// Runs a block within another. The recorder makes a function call of it; every other number just steps.
+    /// Runs a block within another. The recorder records a function call; all other numbers call
+    /// [`step`](Block::step) directly.
     #[inline(always)]
     fn call<B: Block<Self>>(block: &B, state: &mut B::State, input: B::Input, dt: Self) -> B::Output {
         block.step(state, input, dt)

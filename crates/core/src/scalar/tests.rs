@@ -1,4 +1,4 @@
-//! Laws of the numbers.
+//! Properties of the number types.
 
 use proptest::prelude::*;
 

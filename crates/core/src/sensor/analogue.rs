@@ -32,7 +32,7 @@ pub struct Tacho<T> {
 /// Accelerometer on the carriage.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Accelerometer<T> {
-    /// Voltage per acceleration; 0.25 V/g.
+    /// Voltage per acceleration. Default: 0.25 V/g.
     #[field(symbol = "S_a", unit = "V/(m/s^2)", range = 1e-5..=10.0, default = 0.025_493)]
     pub sensitivity: T,
     /// Offset at the start of a run.
@@ -41,7 +41,7 @@ pub struct Accelerometer<T> {
     /// Drift of the offset.
     #[field(symbol = "ȧ_0", unit = "m/s^3", range = -1.0..=1.0)]
     pub drift: T,
-    /// Noise density, one-sided; 225 µg/√Hz.
+    /// One-sided noise density. Default: 225 µg/√Hz.
     #[field(symbol = "S_n", unit = "m/s^2/√Hz", range = 0.0..=1.0, default = 2.207e-3)]
     pub noise_density: T,
     /// Natural frequency of the second-order sensor.
@@ -117,7 +117,7 @@ pub struct Converter<T> {
     /// Resolution.
     #[field(symbol = "n", unit = "bit", range = 4.0..=32.0, default = 16.0, whole)]
     pub bits: T,
-    /// Largest voltage, both ways.
+    /// Largest voltage, positive and negative.
     #[field(symbol = "u_max", unit = "V", range = 0.1..=1000.0, default = 10.0)]
     pub range: T,
     /// Noise of an A/D converter, RMS, in steps.
@@ -138,7 +138,7 @@ impl<T: Scalar> Converter<T> {
         (voltage / step).round().clamp(-self.range / step, self.range / step - T::of(1.0)) * step
     }
 
-    /// Reading [V] of a voltage [V] with a standard normal for its noise; a NaN stays one.
+    /// Reading [V] of a voltage [V] with a standard normal number for the noise; NaN stays NaN.
     #[inline(always)]
     pub fn read(&self, voltage: T, normal: T) -> T {
         self.quantised(voltage + normal * self.noise * self.resolution())
@@ -151,17 +151,17 @@ impl<T: Scalar> Converter<T> {
     }
 }
 
-/// The pickups with a bandwidth, prepared for a step: tacho and accelerometer up to their output voltage.
+/// Tacho and accelerometer, prepared for a step, up to their output voltages.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Pickups<T> {
     /// The tacho.
     pub tacho: Tacho<T>,
     /// The accelerometer.
     pub accelerometer: Accelerometer<T>,
-    /// Step of the tacho's low-pass, as a share of the distance to its input.
+    /// Share of the difference between input and output by which the tacho's low-pass moves in a step.
     #[field(unit = "1")]
     pub tacho_share: T,
-    /// Exact step of the accelerometer: rows value and rate, columns value, rate and input held.
+    /// Exact step of the accelerometer. Rows: value and rate; columns: value, rate and held input.
     #[field(unit = "1")]
     pub accelerometer_flow: [[T; 3]; 2],
 }
@@ -175,10 +175,10 @@ pub struct PickupsState<T> {
     /// Acceleration at the output of the sensor.
     #[field(unit = "m/s^2")]
     pub acceleration: T,
-    /// Its rate.
+    /// Rate of this acceleration.
     #[field(unit = "m/s^3")]
     pub acceleration_rate: T,
-    /// Drift so far.
+    /// Accumulated drift of the offset.
     #[field(unit = "m/s^2")]
     pub drift: T,
 }
@@ -255,7 +255,7 @@ impl<T: Scalar> Block<T> for Pickups<T> {
 }
 
 impl<T: Scalar> CurrentSensor<T> {
-    /// Voltage [V] for a current [A], with a standard normal for its noise.
+    /// Voltage [V] for a current [A], with a standard normal number for the noise.
     #[inline(always)]
     pub fn voltage(&self, current: T, normal: T) -> T {
         let shown = (current + self.offset + self.noise * normal).clamp(-self.range, self.range);

@@ -79,7 +79,7 @@ impl<T: Scalar> Block<T> for Encoder<T> {
         let revolution = ((angle - self.index_angle) * T::of(1.0 / TAU)).floor();
         let forward = revolution.gt(state.revolution);
         let passed = forward | revolution.lt(state.revolution);
-        // Both ways over the pulse the counter latches the same count: that of the index angle.
+        // In both directions the counter latches the same count at the pulse: that of the index angle.
         let edge = forward.select(revolution, state.revolution);
         let index_count = (self.index_angle * per_angle).floor() + edge * self.counts_per_revolution;
         let mut pulse = passed.select(state.running, zero);

@@ -1,7 +1,6 @@
-//! Instruments, as the machine has them: resolution, range, bandwidth, noise, and faults to inject.
+//! Instruments of the virtual machine: resolution, range, bandwidth, noise, and faults to inject.
 //!
-//! Part of the virtual machine. The software side knows their data-sheet scaling
-//! and nothing else.
+//! The software of the bench has only their data-sheet scaling.
 
 mod analogue;
 mod encoder;

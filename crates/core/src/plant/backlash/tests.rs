@@ -1,4 +1,4 @@
-//! A drive with a gap: against a reference, its energy, at rest, and through nothing.
+//! Drive with backlash: comparison with a reference, energy, rest, and a gap of no width.
 
 use std::vec::Vec;
 
@@ -36,7 +36,7 @@ fn errors(backlash: Backlash<f64>, step: f64) -> [f64; 2] {
     let mut state = MachineState::default();
     let (mut worst, mut range) = ([0.0_f64; 2], [[0.0_f64; 2]; 2]);
     for pair in rows.windows(2) {
-        // It changes its sign every 50 ms.
+        // The external torque changes its sign every 50 ms.
         let pushes = ((pair[0][0] / 0.05 + 1e-9) as u32).is_multiple_of(2);
         let external_torque = if pushes { 0.1 } else { -0.1 };
         for _ in 0..((pair[1][0] - pair[0][0]) / step).round() as u32 {
@@ -94,8 +94,8 @@ proptest! {
             let now = if state.twist.abs() < half_width { 0.0 } else { state.twist.signum() };
             // A narrow gap is crossed within a step.
             hits += (now - std::mem::replace(&mut flank, now)).abs() as u32;
-            // Where a flank is met or left within a step is not located: some of (ω·h)² comes or goes with it, at most a
-            // fifth measured. Without damping it can be the same each time.
+            // The instant at which flanks meet or part is not located within a step: the energy changes by a part of
+            // (ω·h)² each time, at most a fifth measured. Without damping the changes can have the same sign.
             let grown = energy(&plant, half_width, &state) / start - 1.0;
             prop_assert!(grown <= a_hit * f64::from(hits) + 1e-9, "grown by {grown} in {hits}");
         }
@@ -108,10 +108,10 @@ proptest! {
 #[test]
 fn at_rest_nothing_creeps_in_contact_or_between() {
     let mut plant = plant(gap(2e-3), Model::ElastoPlastic(ElastoPlastic::default()));
-    // Brushes hold the motor in the gap: of the coupling's spring the step leaves (ω·h)²/12 = 1e-5 there.
+    // In the gap the step leaves (ω·h)²/12 = 1e-5 of the coupling's spring; the brushes hold the motor against it.
     plant.motor_friction.model = Model::ElastoPlastic(ElastoPlastic::default());
     let machine = plant.prepare(10, STEP);
-    // 0.9 of what both hold, by the motor; the load gets its share through the flank.
+    // The motor gives 0.9 of the torque that both contacts hold; the load gets its share through the flank.
     let torque = 0.9 * 0.3;
     let input = MachineInput { servo_voltage: 2.0 * torque / plant.servo.torque_per_volt, ..MachineInput::default() };
     let mut state = MachineState::default();
@@ -133,7 +133,8 @@ fn at_rest_nothing_creeps_in_contact_or_between() {
     run(20.0, input, &mut state);
     assert!((state.angle - before.angle).abs() <= 1e-9 && (state.twist - before.twist).abs() <= 1e-9, "{state:?}");
 
-    // Within the gap the load does not feel the motor: it holds against the outside alone, wherever the motor stands.
+    // Within the gap there is no torque between motor and load: the load holds against the external torque alone, at
+    // any angle of the motor.
     let mut state = MachineState { twist: 1e-3, ..MachineState::default() };
     let outside = MachineInput { external_torque: torque, ..MachineInput::default() };
     run(5.0, outside, &mut state);
@@ -148,7 +149,7 @@ fn a_gap_of_no_width_is_a_coupling_that_cannot_pull() {
     let lost = |twist, slip| gap(0.0).lost(&TwoMass::default(), twist, slip);
     // Flanks that press carry as a tight coupling does: nothing is lost.
     assert_eq!((lost(1e-3, 0.5), lost(-1e-3, -0.5), lost(1e-3, -0.5)), (0.0, 0.0, 0.0));
-    // They part at once: all is lost that the damping would pull.
+    // They part at once: the whole torque with which the damping would pull is lost.
     let tight = |twist: f64, slip: f64| 60.0 * twist + 9.6e-3 * slip;
     assert_eq!((lost(1e-6, -0.5), lost(-1e-6, 0.5)), (tight(1e-6, -0.5), tight(-1e-6, 0.5)));
     assert_eq!(Backlash::Nothing.lost(&TwoMass::default(), 1e-6, -0.5), 0.0);
