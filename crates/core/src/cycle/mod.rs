@@ -1,12 +1,12 @@
 //! One cycle of the bench's software: readings and a command in, voltages and a frame out.
 //!
-//! The [`Tick`] is the signal path; [`Safety`] decides whether it may have torque. Both together run in the same cycle, on
-//! time in the real-time loop, as fast as it goes in a simulation, with recorded inputs in a replay, and give the same
-//! bits there. No signal path of its own: plain `f64`.
+//! The [`Tick`] is the signal path; [`Safety`] decides whether torque is permitted. Both run in the same cycle: on time
+//! in the real-time loop, as fast as possible in a simulation, with recorded inputs in a replay, with the same bits.
+//! This module adds no signal path and uses plain `f64`.
 //!
-//! Where no command comes, the set-point is brought to rest and held; whatever was added to the torques ends. So a
-//! bench whose experiment has ended, hangs or was cancelled stands still under control. A stop takes the motors from
-//! commands, controller and law in its own tick: the brake of supervision writes the voltages until the screw stands.
+//! Without a command the set-point is brought to rest and held, and added torques end. A bench whose experiment has
+//! ended, hangs or was cancelled is therefore held at rest under control. A stop disconnects the motors from commands,
+//! controller and law in the same tick: the brake of supervision sets the voltages until the screw is at rest.
 
 mod snapshot;
 #[cfg(test)]
@@ -74,7 +74,7 @@ pub struct Sample {
     pub controls: bool,
     /// Whether the rendering law is on.
     pub renders: bool,
-    /// A sample of the position controller begins: what is computed from `input` comes into force when it ends.
+    /// A sample of the position controller begins: the torque computed from `input` becomes active when it ends.
     pub begins: bool,
     /// A sample ends, which may be the one that has just started.
     pub ends: bool,
@@ -111,7 +111,7 @@ pub enum Change {
     MachineFailed(MachineFault),
     /// The external file in this role failed.
     ForeignFailed(Role, ExternalFault),
-    /// Other parameters, all of them at once.
+    /// A new, complete set of parameters.
     Parameters(Parameters<f64>),
 }
 
@@ -143,7 +143,7 @@ pub struct Software {
     silent: u64,
     /// Whether the position controller is to output NaN.
     spoilt: bool,
-    /// Computed in the last tick.
+    /// Outputs of the last tick.
     voltages: Voltages<f64>,
     /// The command that was carried out last.
     command: Command,
@@ -189,8 +189,8 @@ impl Software {
         &self.safety
     }
 
-    /// Inputs of the next tick under this command: the software with its parameters, its state, its readings.
-    /// A replay or another processor that is given the same gives the same.
+    /// Inputs of the next tick under this command: parameters, state, readings and order. A replay or another processor
+    /// computes the same outputs from them.
     pub fn next_tick(
         &self,
         readings: Measurement<f64>,
@@ -228,8 +228,8 @@ impl Software {
         self.step_with(readings, command, ExternalTorques::default())
     }
 
-    /// The same with the torques of external files. They are a part of the command in the frame, so that a
-    /// record has them.
+    /// As [`step`](Self::step), with the torques of external files. The command in the frame includes them, so that a
+    /// record contains them.
     pub fn step_with(
         &mut self,
         readings: Measurement<f64>,
@@ -261,14 +261,14 @@ impl Software {
             signals,
             safety,
         };
-        // Who gets torque again begins anew: the load may have been moved meanwhile.
+        // Without torque the command is discarded: the load may be moved before the next start.
         self.command = if frame.safety.allows_torque() { command } else { Command::default() };
         self.cycle += 1;
         frame
     }
 
-    /// Instead of a tick that was missed, or whose readings were, while the machine went on: its number passes, what was
-    /// written stays.
+    /// Replaces a tick that was missed, or whose readings were missed, while the machine went on: the number of the
+    /// tick advances, the outputs stay.
     pub fn miss(&mut self) {
         self.cycle += 1;
         self.missed += 1;
@@ -279,7 +279,7 @@ impl Software {
         self.spoilt = true;
     }
 
-    /// Changes what runs, between two ticks.
+    /// Applies a change between two ticks.
     ///
     /// # Errors
     /// A request that the present state does not admit.
@@ -298,19 +298,20 @@ impl Software {
             Change::ForeignFailed(role, fault) => self.safety.external_failed(role, fault),
             Change::Parameters(parameters) => self.enter(parameters),
         }
-        // What is held counts from the screw's zero, which may have been found or forgotten.
+        // The held set-point counts from the screw's zero, which may just have been found or lost.
         self.command.setpoint.position -= self.safety.zero().unwrap_or(0.0) - before;
         Ok(())
     }
 
-    /// Behind a fault nothing is kept that it may have spoilt; of the encoder, only what the screw's zero counts from.
+    /// Resets the state after a fault, which may have corrupted it. The decoder is kept if the zero is known, because
+    /// the zero counts from it.
     fn begin_anew(&mut self) {
         let decoder = self.safety.zero().map(|_| self.state.decoder).unwrap_or_default();
         self.state = TickState { decoder, ..TickState::default() };
     }
 
-    /// The parameters from now on. Whatever is another takes over without a bump: a controller begins with the torque of
-    /// the one before, a rendering law too.
+    /// Sets the parameters from now on. A new controller or rendering law takes over without a bump: it starts with the
+    /// torque of the previous one.
     fn enter(&mut self, parameters: Parameters<f64>) {
         let (before, now) = (&self.parameters.tick, &parameters.tick);
         if (now.control, now.control_period) != (before.control, before.control_period) {
@@ -318,7 +319,8 @@ impl Software {
             self.state.control = now.control.take_over(torque, self.last, &last, Some(&before.control));
         }
         if (now.law, now.current) != (before.law, before.current) {
-            // What the integrator held of the voltage drop, the new control may feed forward, or the other way round.
+            // The feedforward of the voltage drop changes with the resistance; the integral changes by the opposite
+            // amount.
             let drop = self.state.law.torque / now.current.torque_constant;
             self.state.current.integral += (before.current.resistance - now.current.resistance) * drop;
             self.state.law.swapped = 1.0;
@@ -336,7 +338,8 @@ impl Software {
             let position = command.setpoint.position + self.safety.zero().unwrap_or(0.0);
             Setpoint { position, ..command.setpoint }
         } else {
-            // Nothing is followed: a controller that is switched on, or put in another's place, begins where the load is.
+            // Without control the set-point is the position of the load: a controller that is switched on or replaced
+            // starts there.
             Setpoint { position: self.last.measured_angle, ..Setpoint::default() }
         };
         let mut order = Order {
@@ -351,17 +354,17 @@ impl Software {
         order
     }
 
-    /// Ticks of a sample of the position controller.
+    /// Number of ticks in a sample of the position controller.
     fn divider(&self) -> u64 {
         // A sample is a whole number of ticks, up to rounding.
         libm::round(self.parameters.tick.control_period / self.tick_time).max(1.0) as u64
     }
 
-    /// The last command a tick later, on its way to rest.
+    /// The last command one tick later, decelerating to rest.
     fn resting(&self) -> Command {
         let Setpoint { position, velocity, .. } = self.command.setpoint;
         let most = self.safety.limits().stop_deceleration * self.tick_time;
-        // Not a sign of the velocity: the last step ends at rest exactly.
+        // Clamped, not by the sign of the velocity: the last step ends exactly at rest.
         let change = (-velocity).clamp(-most, most);
         let setpoint = Setpoint {
             position: position + (velocity + 0.5 * change) * self.tick_time,
@@ -380,7 +383,7 @@ impl Software {
         }
     }
 
-    /// Judges a tick. Where it stops the bench, the brake writes the voltages instead, or they are 0.
+    /// Supervises a tick. If it stops the bench, the brake sets the voltages, or they are 0.
     fn supervise(
         &mut self,
         order: &Order<f64>,
@@ -419,7 +422,8 @@ impl Software {
         let Braking { torque, shorted } = braking.unwrap_or(Braking { torque: 0.0, shorted: true });
         signals.servo_voltage = (torque / scaling.torque_per_volt).clamp(-scaling.servo_limit, scaling.servo_limit);
         signals.commanded_torque = signals.servo_voltage * scaling.torque_per_volt;
-        // From the next tick on the order asks for no current; before, what the law asked for ends with its tick.
+        // From the next tick on the order requests no current. In this tick the voltage for the law's torque still
+        // acts, unless it is cut here.
         if shorted || !signals.amplifier_voltage.is_finite() {
             signals.amplifier_voltage = 0.0;
             self.state.law.torque = 0.0;
@@ -430,7 +434,8 @@ impl Software {
         self.state.computed_torque = 0.0;
     }
 
-    /// The block with a non-finite output: the tick keeps it from the drive, and supervision stops.
+    /// The block with a non-finite output, if any: the tick does not pass it to the drive, and supervision stops the
+    /// bench.
     fn broken(&self, signals: &TickOutput<f64>) -> Option<&'static str> {
         let torque = self.state.computed_torque + self.state.commanded_torque;
         [

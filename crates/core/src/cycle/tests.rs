@@ -5,7 +5,7 @@ use crate::supervise::{Fault, Role};
 const DT: f64 = 1e-3;
 
 fn limits() -> SafetyLimits<f64> {
-    // The encoder of these tests stands, whatever the drive does.
+    // The encoder is constant in these tests, for any torque of the drive.
     SafetyLimits { following_error: 1e3, moving_current: 1e9, missed_ticks: 100.0, ..SafetyLimits::default() }
 }
 
@@ -48,7 +48,7 @@ fn without_a_command_the_set_point_comes_to_rest_and_stays() {
 }
 
 #[test]
-fn what_is_held_does_not_jump_where_the_zero_is_found_or_forgotten() {
+fn the_held_set_point_does_not_jump_when_the_zero_is_found_or_lost() {
     let mut software = software();
     software.change(&Change::Request(Request::Home)).unwrap();
     software.step(Measurement::default(), Some(moving(3.0, 0.0)));
@@ -106,12 +106,12 @@ fn the_operators_stop_brakes_against_the_motion_and_leaves_the_bench_ready() {
         let pushes = Command { added_torque: velocity, added_load_torque: 0.3, render: true, ..Command::default() };
         let frame = software.step(turning(velocity, 50), Some(pushes));
         assert_eq!(frame.safety, SafetyState::Stopping(None));
-        // 1.25 · 1.01e-3 kg m² · 600 rad/s², less what a tick's ramp adds.
+        // 1.25 · 1.01e-3 kg m² · 600 rad/s² = 0.76 N m, and 0.06 N m by the ramp of one tick.
         let torque = frame.signals.commanded_torque;
         assert!(torque * velocity < 0.0 && (0.75..0.9).contains(&torque.abs()), "{torque}");
         assert!((software.voltages().servo_voltage * 0.14 - torque).abs() < 1e-12);
         assert_eq!(frame.signals.difference_torque, 0.0, "no law, no added torque");
-        // It stands.
+        // The screw is at rest.
         let states: std::vec::Vec<_> = {
             let stands = Measurement { tacho_voltage: 0.0, ..turning(velocity, 50) };
             (0..30).map(|_| software.step(stands, Some(pushes)).safety).collect()
@@ -155,7 +155,7 @@ fn a_bench_without_commands_holds_its_position_or_stops_after_a_set_time() {
 }
 
 #[test]
-fn ticks_that_were_missed_in_a_row_are_a_fault_once_they_are_too_many() {
+fn too_many_missed_ticks_in_a_row_are_a_fault() {
     for (missed, trips) in [(100, false), (101, true)] {
         let mut software = running(0.0);
         software.step(Measurement::default(), None);
@@ -179,13 +179,13 @@ fn a_controller_starts_at_the_position_of_the_load() {
     parameters.tick.control = controller.into();
     software.change(&Change::Parameters(parameters)).unwrap();
     let torques = [(); 3].map(|()| software.step(far, Some(moving(angle, 0.0))).signals.commanded_torque);
-    // A hundredth of what a radian of deviation would ask for.
+    // A hundredth of the torque for a deviation of 1 rad.
     assert!(torques.iter().all(|torque| torque.abs() < 1e-3), "{torques:?}");
 }
 
 #[test]
-fn what_turned_on_while_ticks_were_missed_is_not_taken_for_speed() {
-    // 9000 counts of 10,000 a turn: within a millisecond 5700 rad/s, within a hundred of them 57 rad/s.
+fn motion_during_missed_ticks_is_not_taken_for_speed() {
+    // 9000 of 10,000 counts per turn: 5700 rad/s within 1 ms, 57 rad/s within 100 ms.
     let far = Measurement { count: 9000.0, ..Measurement::default() };
     for (missed, trips) in [(0, true), (99, false)] {
         let mut software = running(0.0);
@@ -198,7 +198,7 @@ fn what_turned_on_while_ticks_were_missed_is_not_taken_for_speed() {
 }
 
 #[test]
-fn a_machine_that_is_gone_takes_the_torque_at_once_and_is_homed_anew() {
+fn a_failed_machine_has_no_torque_at_once_and_must_be_homed_again() {
     let gone = |fault| Change::MachineFailed(fault);
     for silent in [MachineFault::Silent { ticks: 9 }, MachineFault::Restarted] {
         let mut software = running(0.0);
@@ -209,13 +209,13 @@ fn a_machine_that_is_gone_takes_the_torque_at_once_and_is_homed_anew() {
         let frame = software.step(Measurement::default(), Some(pushing));
         assert_eq!(frame.safety, SafetyState::Fault(Fault::Machine(silent)), "no brake: nothing is left to brake by");
         assert_eq!(software.voltages(), Voltages::default());
-        // The first fault is what there is to know; nothing re-arms, and the zero is not trusted any more.
+        // The first fault is kept; the bench cannot be armed, because the zero is no longer known.
         software.change(&gone(MachineFault::Restarted)).unwrap();
         assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Machine(silent)));
         software.change(&Change::Request(Request::Acknowledge)).unwrap();
         assert!(software.change(&Change::Request(Request::Arm)).is_err());
         software.change(&Change::Request(Request::Home)).unwrap();
-        // Switched off as well: who looks at the bench sees it.
+        // The fault is reported while the bench is switched off, too.
         software.change(&Change::Request(Request::Off)).unwrap();
         software.change(&gone(silent)).unwrap();
         assert!(matches!(software.safety().state(), SafetyState::Fault(_)));
@@ -223,7 +223,7 @@ fn a_machine_that_is_gone_takes_the_torque_at_once_and_is_homed_anew() {
 }
 
 #[test]
-fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_acknowledged() {
+fn after_a_failed_controller_the_screw_is_braked_and_the_fault_stays_until_it_is_acknowledged() {
     let mut software = running(0.0);
     let turning =
         Measurement { tacho_voltage: 5.0 * software.parameters().tick.scaling.tacho, ..Measurement::default() };
@@ -240,7 +240,7 @@ fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_ackno
     let fault = Fault::External(Role::Controller, ExternalFault::Crashed { signal: 11 });
     software.change(&Change::ForeignFailed(Role::Controller, ExternalFault::Crashed { signal: 11 })).unwrap();
     assert_eq!(software.safety().state(), SafetyState::Stopping(Some(fault)), "the sensors are there to brake by");
-    // The first fault is what there is to know.
+    // The first fault is kept.
     software.change(&Change::ForeignFailed(Role::Controller, ExternalFault::NotANumber)).unwrap();
     let rests = (0..10_000).map(|_| software.step(Measurement::default(), None).safety);
     assert_eq!(rests.last(), Some(SafetyState::Fault(fault)));
@@ -264,7 +264,7 @@ fn the_cause_of_a_late_controller_is_reported_once_it_is_known() {
     assert_eq!(told(&software), Some(Fault::External(Role::Controller, crashed)));
     let said = std::format!("{}", Fault::External(Role::Controller, late));
     assert!(said.contains("was missing 0.750 ms after the start of its sample"), "{said}");
-    // At rest as well; a fault of the machine is never taken for it.
+    // The same at rest. A fault of the machine is not replaced by it.
     let mut software = running(0.0);
     software.change(&Change::ForeignFailed(Role::Controller, late)).unwrap();
     let _ = (0..10_000).map(|_| software.step(Measurement::default(), None)).last();

@@ -24,9 +24,9 @@ pub enum Correction<T> {
 /// M_corr = sign(Ω)·s(|Ω|)·M(ln |Ω|),   s = 0 up to Ω_0, rising to 1 at Ω_1
 /// ```
 ///
-/// M is linear in ln Ω between points that are evenly spaced in ln Ω from Ω_1 to Ω_24, and constant beyond. With Ω_0 =
-/// 0 the torque rises from standstill. With Ω_0 = Ω_fade of a law, no torque is added in the fade-out interval and
-/// there is no step at its limits.
+/// M is linear in ln Ω between points that are evenly spaced in ln Ω from Ω_1 to Ω_24, and constant beyond. The torque
+/// rises from standstill if Ω_0 = 0. If Ω_0 is the Ω_fade of a law, no torque is added in the fade-out interval, and
+/// the torque has no step at its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = CorrectionTable::law)]
 pub struct CorrectionTable<T> {

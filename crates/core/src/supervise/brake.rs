@@ -1,25 +1,26 @@
 //! The brake that stops the screw without controller, observer or law.
 //!
-//! No position, no observer, no controller under test: one velocity and one torque.
+//! It uses one velocity and one torque: no position, no observer, no controller under test.
 //!
-//!   M = −sat(K_b·(Ω − e), M_b) − K_b·(e + 20 1/s·∫e dt),   e = Ω − Ω kept within ±Ω_r
+//!   M = −sat(K_b·(Ω − e), M_b) − K_b·(e + 20 1/s·∫e dt),   e = Ω − sat(Ω, Ω_r)
 //!
-//! with Ω_r, which falls from the first speed with a_stop.
+//! Ω_r falls with a_stop from the speed at the start of the stop.
 //!
-//! The first part is a deceleration of a_stop that ends linearly, without chatter, at rest; friction adds to it. The
-//! second one acts only where the screw is slower to stop than that: against a load that pushes, and holds it then.
+//! The first term decelerates with a_stop and decreases linearly to 0 at rest, without chatter; friction adds to it.
+//! The second term acts only if the screw stops more slowly than that: against a pushing load, which it then holds.
 
 use crate::Fields;
 
-/// Additional share of the brake's torque: it compensates the distance lost by lag and linear end.
+/// Factor of the brake's torque, which compensates the distance lost by lag and by the linear end.
 const AUTHORITY: f64 = 1.25;
 
-/// How fast a push is made up for [1/s], as by the controller that holds a speed in a friction measurement.
+/// Rate of the integral against a push [1/s], as in the speed controller of a friction measurement.
 const INTEGRAL_RATE: f64 = 20.0;
 
-/// Time in which it is let go of at standstill [s]: a push that lasts makes the screw creep, and is taken up again.
+/// Time constant with which the torque against a push is released at standstill [s]. Under a lasting push the screw
+/// creeps, and the brake takes the push up again.
 const RELEASE_TIME: f64 = 0.5;
-/// Share of the drive's torque above which a push counts as a failure.
+/// Share of the drive's largest torque above which the load counts as pushing.
 const RELEASED: f64 = 0.05;
 
 /// Parameters of the brake.
@@ -40,12 +41,12 @@ pub struct Brake<T> {
 }
 
 impl Brake<f64> {
-    /// Available part of this deceleration [rad/s²].
+    /// This deceleration [rad/s²], limited to what the torque of the drive permits.
     pub fn deceleration(&self, wanted: f64) -> f64 {
         wanted.min(self.torque_limit / (AUTHORITY * self.inertia))
     }
 
-    /// Lets go of a push where the screw stands; whether it is still there.
+    /// Releases the torque against a push while the screw is at rest; returns whether the load still pushes.
     pub(super) fn release(&self, held: &mut f64, dt: f64) -> bool {
         *held -= *held * dt / (RELEASE_TIME + dt);
         held.abs() > RELEASED * self.torque_limit

@@ -119,7 +119,7 @@ pub enum Fault {
     Homing(HomingFault),
     /// The machine behind a link failed.
     Machine(MachineFault),
-    /// An external part of the bench gives no torque any more.
+    /// An external file in the loop no longer gives a torque.
     External(Role, ExternalFault),
 }
 
@@ -195,7 +195,7 @@ pub enum ExternalFault {
     FloatingPoint,
 }
 
-/// Fault of a machine behind a link, without any sensor for braking.
+/// Fault of a machine behind a link: no sensor is left for braking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MachineFault {
     /// Its readings are missing.

@@ -1,8 +1,8 @@
 //! Homing: determines the zero of the screw's angle.
 //!
-//! An incremental encoder counts from wherever it was switched on; its index pulse comes once a revolution. Approach,
-//! find the index, back off, approach again slowly, set zero: the slow second pass gives the angle, its agreement with
-//! the first one shows that both passes saw the same, real index.
+//! An incremental encoder counts from its position at power-on; its index pulse comes once per revolution. Sequence:
+//! approach, find the index, back off, approach again slowly, set zero. The slow second pass gives the angle; its
+//! agreement with the first pass shows that both detected the same, real index.
 
 use core::f64::consts::TAU;
 use core::fmt;
@@ -19,7 +19,7 @@ const SEARCHED_TURNS: f64 = 1.5;
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = HomingPlan::law)]
 pub struct HomingPlan<T> {
-    /// Velocity of the search; its sign is the direction, in which the slow pass follows.
+    /// Velocity of the search; its sign is the direction of both passes.
     #[field(symbol = "Ω", unit = "rad/s", range = -200.0..=200.0, default = 10.0)]
     pub search_velocity: T,
     /// Speed of the slow pass.
@@ -37,7 +37,7 @@ pub struct HomingPlan<T> {
 }
 
 impl<T: Scalar> HomingPlan<T> {
-    /// Backing off may not reach the index of the revolution before.
+    /// Backing off must not reach the index of the previous revolution.
     fn law(&self) -> [Relation<T>; 1] {
         let braking = T::of(0.5) * self.search_velocity * self.search_velocity / self.acceleration;
         let remedy = "Search more slowly, or allow more acceleration: backing off ends before the next index.";
@@ -48,9 +48,9 @@ impl<T: Scalar> HomingPlan<T> {
 /// Inputs of homing in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HomingInput {
-    /// Unwrapped screw angle [rad], from where the encoder was switched on.
+    /// Unwrapped screw angle [rad], counted from power-on of the encoder.
     pub angle: f64,
-    /// The same as latched at an index pulse since the last cycle [rad].
+    /// This angle as latched at an index pulse since the last cycle [rad].
     pub index: Option<f64>,
 }
 
@@ -169,14 +169,14 @@ impl Homing {
         if !(input.angle.is_finite() && input.index.unwrap_or(0.0).is_finite()) {
             return Phase::Failed(HomingFault::NotANumber);
         }
-        // How far ahead of an angle, in the direction of the search.
+        // Distance ahead of an angle, in the direction of the search.
         let ahead = |of: f64| (self.setpoint.position - of) * self.direction();
         match (self.phase, input.index) {
             (Phase::Search, Some(first)) => Phase::BackOff { first },
             (Phase::Search, None) if ahead(self.start) > SEARCHED_TURNS * TAU => {
                 Phase::Failed(HomingFault::NoIndex { travel: ahead(self.start) })
             }
-            // The pulse that comes while backing off is that of the wrong direction.
+            // A pulse while backing off is ignored: it is that of the wrong direction.
             (Phase::BackOff { first }, _) if ahead(first) < -self.plan.back_off => Phase::Creep { first },
             (Phase::Creep { first }, Some(second)) => {
                 if (second - first).abs() <= self.plan.repeatability {
@@ -197,7 +197,7 @@ impl Homing {
         let before = self.setpoint.velocity;
         let most = self.plan.acceleration * dt;
         let change = (wanted - before).clamp(-most, most);
-        // So near, it arrives: rounding must not keep it from rest.
+        // Within one step of the wanted velocity it is reached exactly: rounding must not prevent rest.
         let velocity = if (wanted - before).abs() <= most { wanted } else { before + change };
         self.setpoint = Setpoint {
             position: self.setpoint.position + 0.5 * (before + velocity) * dt,
@@ -234,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Homes with something done to each measurement; the set-points and the end.
+    /// Homes with a disturbance of the measurements; returns the set-points and the last progress.
     fn home(
         plan: HomingPlan<f64>,
         mut axis: Axis,
@@ -291,7 +291,7 @@ mod tests {
         let (setpoints, progress) = home(HomingPlan::default(), Axis { angle: 0.0, index: None }, |_, _| {});
         let HomingProgress::Failed(HomingFault::NoIndex { travel }) = progress else { panic!("{progress:?}") };
         assert!(travel > 1.5 * TAU && travel < 1.5 * TAU + 0.01, "{travel}");
-        // And 10²/(2·100) rad of braking.
+        // Braking takes 10²/(2·100) rad more.
         assert!(setpoints[setpoints.len() - 1].position < 1.5 * TAU + 0.51);
         let text = HomingFault::NoIndex { travel }.to_string();
         assert!(text.contains("9.42 rad") || text.contains("9.43 rad"), "{text}");

@@ -4,7 +4,8 @@ use crate::Fields;
 use crate::fields::{Relation, at_least};
 use crate::scalar::Scalar;
 
-/// Limits of supervision. The stroke counts from the screw's zero; currents stand for torques, by the motor's constant.
+/// Limits of supervision. The stroke counts from the screw's zero; currents are torques over the motor's torque
+/// constant.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(law = SafetyLimits::law)]
 pub struct SafetyLimits<T> {
@@ -20,13 +21,14 @@ pub struct SafetyLimits<T> {
     /// Upper end of the stroke.
     #[field(symbol = "φ_max", unit = "rad", range = -1e6..=1e6, default = 157.0)]
     pub upper_end: T,
-    /// Current of the drive that must move the screw: well above that of breakaway.
+    /// Current of the drive above which the screw must move: well above that of breakaway.
     #[field(symbol = "i_f", unit = "A", range = 1e-3..=1e3, default = 8.0)]
     pub moving_current: T,
-    /// Velocity at which the encoder must count, and allowed difference of tacho and encoder at low speed.
+    /// Velocity of the tacho above which the encoder must count, and allowed difference of tacho and encoder at low
+    /// speed.
     #[field(symbol = "Ω_f", unit = "rad/s", range = 1e-2..=1e3, default = 5.0)]
     pub moving_velocity: T,
-    /// Time for which the encoder may be constant nevertheless, and tacho and encoder may differ.
+    /// Allowed time of a constant encoder under these conditions, and of a larger difference of tacho and encoder.
     #[field(symbol = "T_f", unit = "s", range = 1e-3..=10.0, default = 0.05)]
     pub frozen_time: T,
     /// Allowed difference of tacho and encoder at high speed, as a share of the speed.
@@ -59,14 +61,15 @@ pub struct SafetyLimits<T> {
     /// Continuous current of the load motor.
     #[field(symbol = "i_c,L", unit = "A", range = 1e-2..=1e3, default = 8.0)]
     pub load_continuous_current: T,
-    /// Time in which a motor's winding warms up.
+    /// Thermal time constant of a motor's winding.
     #[field(symbol = "T_th", unit = "s", range = 0.1..=1e5, default = 30.0)]
     pub thermal_time: T,
-    /// Ticks in a row that may be missed: by the software, by the answers of a machine behind a link, or by the torque of an
-    /// external file.
+    /// Allowed number of missed ticks in a row: ticks of the software, answers of a machine behind a link, or torques
+    /// of an external file.
     #[field(symbol = "n_m", unit = "1", range = 1.0..=1000.0, default = 8.0, whole)]
     pub missed_ticks: T,
-    /// Time for which a bench with torque may be without a command before it is stopped. 0: no limit, it holds its position.
+    /// Allowed time without a command while the bench has torque; after it the bench stops. 0: no limit, the bench
+    /// holds its position.
     #[field(symbol = "T_c", unit = "s", range = 0.0..=3600.0)]
     pub command_time: T,
     /// Deceleration of every stop: of the brake, and of a set-point without commands.
@@ -75,13 +78,13 @@ pub struct SafetyLimits<T> {
     /// Speed below which the screw counts as standing: above the tacho's noise.
     #[field(symbol = "Ω_0", unit = "rad/s", range = 1e-3..=100.0, default = 1.0)]
     pub standstill_velocity: T,
-    /// Time for which it must stay below.
+    /// Time for which the speed must stay below this value.
     #[field(symbol = "T_0", unit = "s", range = 1e-3..=10.0, default = 0.02)]
     pub standstill_time: T,
 }
 
 impl<T: Scalar> SafetyLimits<T> {
-    /// There is a stroke.
+    /// The upper end of the stroke is not below the lower end.
     fn law(&self) -> [Relation<T>; 1] {
         [at_least("upper_end", self.upper_end, self.lower_end, "The upper end of the stroke is above the lower one.")]
     }

@@ -1,10 +1,11 @@
 //! Supervision: homing and safety, in the same tick as the signal path and just as deterministic.
 //!
-//! No signal path: plain `f64`, real `if`s, and states that are enums. A recorded run replays it bit for bit.
+//! Supervision is not a signal path: it uses plain `f64`, `if` and enums. The replay of a recorded run repeats it bit
+//! for bit.
 //!
 //! `safety.rs` has the states, `monitor.rs` the comparisons, `brake.rs` the brake, which uses neither controller nor
-//! observer. `crates/stickslip/tests/laboratory/running/safety.rs` injects each fault and makes `docs/studies/safety.md`;
-//! the example `no_false_alarm` runs an hour without a fault.
+//! observer. `crates/stickslip/tests/laboratory/running/safety.rs` injects each fault and writes
+//! `docs/studies/safety.md`; the example `no_false_alarm` runs an hour without a fault.
 
 mod brake;
 mod fault;

@@ -4,19 +4,20 @@ use core::f64::consts::TAU;
 
 use super::{Fault, SafetyInput, SafetyLimits};
 
-/// Low-pass of the velocity by the encoder [s]: a count in a tick is coarse.
+/// Lag of the low-pass of the encoder's velocity [s]: one count in a tick is coarse.
 const VELOCITY_LAG: f64 = 2e-3;
-/// Low-pass in which accelerometer and tacho are compared [s]: above it the coupling moves between them.
+/// Lag of the low-passes in the comparison of accelerometer and tacho [s]: at higher frequencies the coupling twists
+/// between them.
 const ACCELERATION_LAG: f64 = 0.02;
-/// Time over which the accelerometer's offset may wander [s].
+/// Time constant with which a drift of the accelerometer's offset is tracked [s].
 const OFFSET_TIME: f64 = 1.0;
-/// Low-pass in which asked and measured current are compared [s].
+/// Lag of the low-pass in the comparison of commanded and measured current [s].
 const CURRENT_LAG: f64 = 5e-3;
 
 /// State of the checks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Monitor {
-    /// Encoder angle of the cycle before [rad], and how long it has stood though the screw seems to move [s].
+    /// Encoder angle of the last cycle [rad]; time for which it has been constant although the screw should move [s].
     pub(super) previous: Option<f64>,
     pub(super) standing: f64,
     /// Velocities, both with the same low-pass [rad/s].
@@ -24,18 +25,19 @@ pub(super) struct Monitor {
     pub(super) tacho: f64,
     /// Velocity of the last cycle's counts, not low-passed [rad/s].
     pub(super) counted: f64,
-    /// Speed of the encoder's jump [rad/s]: since then it is not reliable.
+    /// Speed equivalent to a jump of the encoder [rad/s]; after a jump the encoder is not reliable.
     pub(super) jumped: Option<f64>,
-    /// How long tacho and encoder have been apart [s].
+    /// Time for which tacho and encoder have been apart [s].
     pub(super) sensors_apart: f64,
-    /// Encoder angle of the last index pulse [rad]; how far it lay off whole revolutions from the one before [rad].
+    /// Encoder angle of the last index pulse [rad]; deviation of its distance to the previous one from whole
+    /// revolutions [rad].
     pub(super) index: Option<f64>,
     pub(super) index_deviation: f64,
     pub(super) acceleration: Acceleration,
-    /// Asked less measured current of the load motor, low-passed [A]; how long it has been too much [s].
+    /// Commanded minus measured current of the load motor, low-passed [A]; time for which it has been too large [s].
     pub(super) current: f64,
     pub(super) current_apart: f64,
-    /// Squares of the currents over the thermal time: drive, load [A²].
+    /// Squares of the currents, low-passed with the thermal time: drive, load [A²].
     pub(super) heat: [f64; 2],
 }
 
@@ -47,7 +49,7 @@ pub(super) struct Acceleration {
     pub(super) velocity: f64,
     pub(super) measured: f64,
     pub(super) offset: f64,
-    /// Remaining difference [rad/s²], and how long it has been too large [s].
+    /// Remaining difference [rad/s²], and time for which it has been too large [s].
     pub(super) difference: f64,
     pub(super) apart: f64,
 }
@@ -78,7 +80,7 @@ impl Monitor {
     /// A cycle of `dt` [s], ticks that were missed before it included.
     pub(super) fn see(&mut self, input: &SafetyInput, limits: &SafetyLimits<f64>, dt: f64) {
         let (angle, tacho) = (input.measured_angle, input.measured_velocity);
-        // A motor may twist the coupling of a screw that sticks, for a moment.
+        // For a moment this is permitted: the motor may twist the coupling while the screw sticks.
         let moves = input.drive_current.abs() > limits.moving_current || tacho.abs() > limits.moving_velocity;
         self.standing = if moves && self.previous == Some(angle) { self.standing + dt } else { 0.0 };
         let share = self::share(dt, VELOCITY_LAG);
@@ -87,7 +89,7 @@ impl Monitor {
         }
         if angle.is_finite() {
             self.counted = (angle - self.previous.unwrap_or(angle)) / dt;
-            // No mass gets so fast in a tick.
+            // No mass reaches this speed within a tick.
             if self.counted.abs() > limits.speed && 2.0 * tacho.abs() < self.counted.abs() {
                 self.jumped.get_or_insert(self.counted.abs());
             }
@@ -123,18 +125,18 @@ impl Monitor {
         Monitor { heat: self.heat, ..Monitor::default() }
     }
 
-    /// By how much tacho and encoder may be apart at the present speed [rad/s].
+    /// Allowed difference of tacho and encoder at the present speed [rad/s].
     fn velocity_tolerance(&self, limits: &SafetyLimits<f64>) -> f64 {
         limits.moving_velocity.max(limits.velocity_share * self.tacho.abs().max(self.encoder.abs()))
     }
 
-    /// The amplifier did not control the current meanwhile: the comparison restarts.
+    /// Restarts the comparison of the currents after a time in which the amplifier did not control the current.
     pub(super) fn forget_current(&mut self) {
         (self.current, self.current_apart) = (0.0, 0.0);
     }
 
-    /// Velocity that a brake may trust [rad/s], and whether it is the tacho's. A dead sensor reads too little: of
-    /// two that are apart the faster one counts, unless they say opposite directions.
+    /// Reliable velocity for the brake [rad/s], and whether it is that of the tacho. A dead sensor reads too little: if
+    /// the two are apart, the faster one counts, unless they show opposite directions.
     pub(super) fn trusted(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Option<(f64, bool)> {
         let tacho = Some(input.measured_velocity).filter(|velocity| velocity.is_finite());
         let encoder = Some(self.encoder).filter(|_| input.measured_angle.is_finite() && self.jumped.is_none());
@@ -152,7 +154,7 @@ impl Monitor {
         self.heat[0] > limits.drive_continuous_current * limits.drive_continuous_current
     }
 
-    /// The larger of tacho and encoder [rad/s].
+    /// The larger of the speeds of tacho and encoder [rad/s].
     pub(super) fn speed(&self, input: &SafetyInput) -> f64 {
         input.measured_velocity.abs().max(self.counted.abs())
     }
@@ -209,14 +211,14 @@ impl Monitor {
         Ok(())
     }
 
-    /// The index pulse of a screw whose zero is known: whole revolutions apart, and one in each.
+    /// Checks of the index pulses while the zero is known: whole revolutions apart, and one in each revolution.
     pub(super) fn index(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
         let deviation = self.index_deviation;
         if deviation > limits.index_deviation {
             return Err(Fault::CountsLost { deviation, limit: limits.index_deviation });
         }
         let travel = self.index.map_or(0.0, |last| (input.measured_angle - last).abs());
-        // Backlash of a pulse's two edges, and a tick's way, are small against a radian.
+        // The distance between the two edges of a pulse and the motion in a tick are small against 1 rad.
         if travel > TAU + 1.0 { Err(Fault::IndexMissing { travel }) } else { Ok(()) }
     }
 }

@@ -3,9 +3,9 @@
 //!   off → homing → ready → running → stopping → ready
 //!                                  ↘ stopping → fault, kept until it is acknowledged → off
 //!
-//! A stop, the operator's or a fault's, brings the screw to rest with the [`Brake`] before the torque goes. Where no
-//! sensor is left to brake by, or the brake does not work, the torque goes at once: friction and the load motor, shorted
-//! by its amplifier, stop the screw.
+//! A stop by the operator or by a fault brings the screw to rest with the [`Brake`] before the torque is switched off.
+//! If no sensor is left for braking, or the brake does not work, the torque is switched off at once: friction and the
+//! load motor, shorted by its amplifier, stop the screw.
 
 #[cfg(test)]
 mod tests;
@@ -17,7 +17,7 @@ use super::{Brake, ExternalFault, Fault, HomingFault, MachineFault, Role, Safety
 
 /// Multiple of the braking time after which, with [`PATIENCE`], braking has failed.
 const LATE: f64 = 1.5;
-/// [s]
+/// Additional time before braking has failed [s].
 const PATIENCE: f64 = 0.25;
 
 /// Inputs of the safety functions in a cycle.
@@ -25,7 +25,7 @@ const PATIENCE: f64 = 0.25;
 pub struct SafetyInput {
     /// Unwrapped screw angle of the encoder [rad], never set back while the bench is on.
     pub measured_angle: f64,
-    /// The same as latched at an index pulse since the last cycle [rad].
+    /// This angle as latched at an index pulse since the last cycle [rad].
     pub index: Option<f64>,
     /// Velocity of the tacho [rad/s].
     pub measured_velocity: f64,
@@ -37,7 +37,7 @@ pub struct SafetyInput {
     pub load_current: f64,
     /// Reference of the load motor's current [A].
     pub asked_load_current: f64,
-    /// Set-point of the screw, counted as the measured angle [rad].
+    /// Set-point of the screw, from the same origin as the measured angle [rad].
     pub reference_position: f64,
     /// The block of the software with a non-finite output.
     pub broken: Option<&'static str>,
@@ -56,7 +56,7 @@ pub enum SafetyState {
     Ready,
     /// Torque, under control.
     Running,
-    /// Braked to rest: by the operator, or by a fault, which then stays.
+    /// Braking to rest, by the operator or by a fault, which then stays.
     Stopping(Option<Fault>),
     /// No torque until the fault is acknowledged.
     Fault(Fault),
@@ -100,7 +100,7 @@ pub enum Request {
 pub struct Refusal {
     /// The request.
     pub request: Request,
-    /// The state that stays.
+    /// The present state, which does not change.
     pub state: SafetyState,
     /// Remedy.
     pub remedy: &'static str,
@@ -147,7 +147,8 @@ pub(super) struct Stop {
 pub struct Braking {
     /// Torque of the drive [N m].
     pub torque: f64,
-    /// Whether the load motor's amplifier gets no voltage, so that its short circuit brakes; else no current is asked for.
+    /// Whether the load motor's amplifier gets no voltage, so that its short circuit brakes; otherwise the reference of
+    /// the current is 0.
     pub shorted: bool,
 }
 
@@ -162,7 +163,7 @@ pub struct Safety {
     pub(super) monitor: Monitor,
     pub(super) stop: Stop,
     pub(super) braking: Option<Braking>,
-    /// How long the screw has stood [s].
+    /// Time for which the screw has been at rest [s].
     pub(super) quiet: f64,
 }
 
@@ -259,7 +260,7 @@ impl Safety {
         }
     }
 
-    /// The machine behind a link is gone: no sensor is left to brake by. An earlier fault stays.
+    /// The machine behind a link failed: no sensor is left for braking. An earlier fault stays.
     pub fn machine_failed(&mut self, fault: MachineFault) {
         if !matches!(self.state, SafetyState::Fault(_)) {
             let first = self.state.fault().unwrap_or(Fault::Machine(fault));
@@ -268,8 +269,8 @@ impl Safety {
         }
     }
 
-    /// The external file in this role failed: the brake stops the screw. An earlier fault stays, unless this is why
-    /// it was late.
+    /// The external file in this role failed: the brake stops the screw. An earlier fault stays, unless it is a late
+    /// torque of the same role, of which this is the cause.
     pub fn external_failed(&mut self, role: Role, fault: ExternalFault) {
         match &mut self.state {
             SafetyState::Stopping(Some(Fault::External(whose, known)))
@@ -285,14 +286,15 @@ impl Safety {
 
     /// One cycle of `dt` [s], missed ticks included; the first fault stays until it is acknowledged.
     pub fn step(&mut self, input: SafetyInput, dt: f64) -> SafetyState {
-        // Without torque the amplifier may be shorted: no current is asked for, and what flows is the back-EMF's.
+        // Without torque the amplifier may be shorted: the reference of the current is 0, but the back-EMF drives a
+        // current.
         if !self.state.allows_torque() {
             self.monitor.forget_current();
         }
         self.monitor.see(&input, &self.limits, dt);
         let trusted = self.monitor.trusted(&input, &self.limits);
         let stands = trusted.is_some_and(|(velocity, _)| velocity.abs() < self.limits.standstill_velocity);
-        // Missed ticks were not observed: a screw that is slow once may have moved meanwhile.
+        // In missed ticks nothing was measured: a screw that is slow now may have moved meanwhile.
         self.quiet = if stands { self.quiet + dt / (1.0 + input.missed as f64) } else { 0.0 };
         let watched = self.state.allows_torque() || self.state == SafetyState::Ready;
         if watched && let Err(fault) = self.check(&input, trusted.map_or(0.0, |(velocity, _)| velocity)) {
@@ -305,13 +307,13 @@ impl Safety {
         self.state
     }
 
-    /// At once where the screw stands.
+    /// Starts a stop by the operator, which ends at once if the screw is at rest: the new state.
     fn stopping(&mut self) -> SafetyState {
         self.stop = Stop::default();
         if self.quiet >= self.limits.standstill_time { self.rest() } else { SafetyState::Stopping(None) }
     }
 
-    /// Behind the operator's stop.
+    /// State after a stop by the operator.
     fn rest(&self) -> SafetyState {
         if self.zero.is_some() { SafetyState::Ready } else { SafetyState::Off }
     }
@@ -320,13 +322,13 @@ impl Safety {
         if fault.doubts_zero() {
             self.zero = None;
         }
-        // Where there was no torque, none comes.
+        // Without torque there is no braking either.
         let brakes = self.state.allows_torque();
         self.stop = Stop::default();
         self.state = if brakes { SafetyState::Stopping(Some(fault)) } else { SafetyState::Fault(fault) };
     }
 
-    /// A cycle of a stop, by a velocity [rad/s] that is trusted, the tacho's or not.
+    /// A cycle of a stop; `trusted` is the reliable velocity [rad/s], and whether it is that of the tacho.
     fn brake(&mut self, fault: Option<Fault>, trusted: Option<(f64, bool)>, dt: f64) {
         let deceleration = self.brake.deceleration(self.limits.stop_deceleration);
         let velocity = trusted.map_or(0.0, |(velocity, _)| velocity);
@@ -339,7 +341,7 @@ impl Safety {
         let failed = trusted.is_none()
             || (slow || self.monitor.is_hot(&self.limits))
                 && self.stop.time > LATE * self.stop.begin / deceleration + PATIENCE
-            // It drives instead.
+            // The brake accelerates the screw.
             || velocity.abs() > self.stop.begin + self.limits.moving_velocity.max(0.1 * self.stop.begin);
         // A push is held until the operator switches off.
         let pushed = !slow && self.brake.release(&mut self.stop.held, dt);
@@ -381,7 +383,7 @@ impl Safety {
         if error.is_nan() || error > limits.following_error {
             return Err(Fault::FollowingError { error, limit: limits.following_error });
         }
-        // ½·J·Ω² against the work of the brake on the way that is left.
+        // Braking distance: over it, the work of the brake is ½·J·Ω².
         let way = 0.5 * velocity * velocity.abs() / self.brake.deceleration(limits.stop_deceleration);
         let Some(angle) = self.zero.map(|zero| input.measured_angle - zero) else { return Ok(()) };
         for (limit, outwards) in [(limits.upper_end, 1.0), (limits.lower_end, -1.0)] {

@@ -19,9 +19,9 @@ const NAMES: [&str; 11] = [
     "drive",
     "load",
 ];
-/// Kinds of faults.
+/// Number of the kinds of faults.
 const FAULTS: usize = 29;
-/// States, a stop by a fault for itself.
+/// Number of states; a stop by a fault is a separate one.
 const STATES: usize = 7;
 
 impl Safety {
@@ -117,7 +117,7 @@ impl SafetyState {
     }
 }
 
-/// Its kind, its numbers, and its subject.
+/// Kind, numbers and subject of a fault.
 fn parts(fault: Fault) -> (usize, [f64; 3], &'static str) {
     match fault {
         Fault::FollowingError { error, limit } => (0, [error, limit, 0.0], ""),
@@ -203,7 +203,7 @@ mod tests {
     use super::*;
     use crate::cycle::{Parameters, Software};
 
-    /// Takes numbers down, or gives them back from a place on.
+    /// Stores numbers, or restores them from a place on; counts invalid ones.
     #[derive(Default)]
     struct Row(Vec<f64>, Option<usize>, usize);
 
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_and_every_state_come_back() {
+    fn every_fault_and_every_state_is_restored() {
         for kind in 0..FAULTS {
             for name in NAMES {
                 let (again, numbers, said) = parts(fault(kind, [1.0, 2.0, 3.0], name));

@@ -1,4 +1,4 @@
-//! From a counter that wraps to an angle that does not.
+//! From the wrapping counter of the encoder to an unwrapped angle.
 
 use core::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
 
-/// Unwraps the encoder's counter. Right as long as the screw turns by less than half the counter's range in a tick.
+/// Unwraps the encoder's counter. Correct if the screw turns by less than half the counter's range in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Decoder<T> {
     /// Counts per revolution.
@@ -60,7 +60,7 @@ pub struct DecoderOutput<T> {
 }
 
 impl<T: Scalar> Decoder<T> {
-    /// The shortest way on the counter's circle.
+    /// A difference of counts, wrapped into ± half the counter's range.
     #[inline(always)]
     fn shortest(&self, difference: T) -> T {
         difference - self.counter_range * (difference / self.counter_range).round()

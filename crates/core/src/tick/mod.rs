@@ -1,12 +1,12 @@
 //! One cycle of the bench's software, a pure function: measurements and set-point in, voltages out.
 //!
 //! The real-time loop calls it on time, a simulation in a loop, a replay with recorded inputs; the recorder writes it
-//! as C. [`VirtualBench`] closes it over the virtual machine with the delay of one sample between reading and
+//! as C. [`VirtualBench`] closes the loop over the virtual machine, with a delay of one sample between reading and
 //! writing.
 //!
-//! Three rates: the tick (sensors, observer, law, current control), the position controller every few ticks with its output
-//! one of its samples late, and the steps of the virtual machine of at most 25 µs. [`cycle`](crate::cycle) adds
-//! supervision: command in, frame out.
+//! There are three rates: the tick (sensors, observer, law, current control); the position controller, every few ticks,
+//! with its output delayed by one of its samples; the steps of the virtual machine, at most 25 µs.
+//! [`cycle`](crate::cycle) adds supervision: command in, frame out.
 
 mod decoder;
 mod virtual_bench;
@@ -41,7 +41,7 @@ pub struct Scaling<T> {
     /// Torque of the drive motor per input voltage of its amplifier.
     #[field(symbol = "k_u", unit = "N m/V", range = 1e-4..=100.0, default = 0.14)]
     pub torque_per_volt: T,
-    /// Largest input voltage of that amplifier.
+    /// Largest input voltage of the drive motor's amplifier.
     #[field(symbol = "u_max", unit = "V", range = 0.1..=100.0, default = 10.0)]
     pub servo_limit: T,
 }
@@ -121,7 +121,7 @@ pub struct TickState<T> {
 pub struct Order<T> {
     /// Set-point.
     pub reference: Setpoint<T>,
-    /// Whether the position controller is on; off, it tracks the motion for a bumpless start.
+    /// Whether the position controller is on; when off, it tracks the motion for a bumpless start.
     #[field(unit = "1", flag)]
     pub control: T,
     /// Whether the rendering law is on.
@@ -142,7 +142,7 @@ pub struct Order<T> {
 }
 
 impl<T: Scalar> Order<T> {
-    /// Sets when the position controller runs: every `divider` ticks, its output one of its samples late.
+    /// Sets when the position controller runs: every `divider` ticks, with its output delayed by one of its samples.
     pub fn schedule(&mut self, cycle: u64, divider: u64) {
         let flag = |is: bool| T::of(f64::from(u8::from(is)));
         self.control_due = flag(cycle.is_multiple_of(divider));
@@ -214,7 +214,7 @@ impl<T: Scalar> Block<T> for Tick<T> {
 
         let seen = VelocityObserverInput { angle: decoded.angle, acceleration };
         let estimate = self.observer.run(&mut state.observer, seen, dt);
-        // The position controller first: what it asks for acts in the same tick as the load torque.
+        // The position controller first, so that its torque acts in the same tick as the load torque.
         self.control_position(state, &order, decoded.angle, motor_velocity);
         let torque = nan_to_zero(state.commanded_torque + order.added_torque);
         let limit = self.scaling.servo_limit;
@@ -265,7 +265,7 @@ impl<T: Scalar> Block<T> for Tick<T> {
 }
 
 impl<T: Scalar> Tick<T> {
-    /// Position control at its own, slower rate: computed in every tick, taken over when due.
+    /// Position control at its own, slower rate: computed in every tick, used when due.
     #[inline(always)]
     fn control_position(&self, state: &mut TickState<T>, order: &Order<T>, angle: T, motor_velocity: T) {
         let half = T::of(0.5);

@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 
 /// The whole bench, virtual machine and software: one tick.
 ///
-/// The software computes on the readings of the tick's begin; what it wrote in the tick before acts meanwhile.
+/// The software computes with the readings at the start of the tick; meanwhile its outputs of the previous tick act.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct VirtualBench<T> {
     /// The virtual machine, prepared for its step.
@@ -39,10 +39,10 @@ pub struct BenchState<T> {
 pub struct BenchInput<T> {
     /// From supervision.
     pub order: Order<T>,
-    /// External torque on the screw, with positive motion.
+    /// External torque on the screw, in the positive direction.
     #[field(symbol = "M_ext", unit = "N m")]
     pub external_torque: T,
-    /// Standard normals.
+    /// Standard normal numbers.
     pub noise: Noise<T>,
 }
 
@@ -69,7 +69,7 @@ impl<T: Scalar> VirtualBench<T> {
         output
     }
 
-    /// The software's part of a tick; what acts on the machine meanwhile was computed in the tick before.
+    /// The software's part of a tick, and the inputs of the machine meanwhile, computed in the previous tick.
     #[inline(always)]
     fn software(&self, state: &mut BenchState<T>, input: BenchInput<T>, dt: T) -> (TickOutput<T>, PlantInput<T>) {
         let reads = TickInput { measurement: state.measurement, order: input.order };

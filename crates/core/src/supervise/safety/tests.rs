@@ -1,4 +1,4 @@
-//! Each fault where it must fire, and only there.
+//! Each fault fires where it must, and only there.
 
 use core::f64::consts::TAU;
 use std::string::ToString;
@@ -7,7 +7,7 @@ use super::*;
 
 const DT: f64 = 250e-6;
 
-/// Quietly following its set-point at 0.3 rad/s: a count now and then.
+/// Inputs of an undisturbed motion at 0.3 rad/s by the tacho.
 fn calm(angle: f64) -> SafetyInput {
     SafetyInput {
         measured_angle: angle,
@@ -148,7 +148,7 @@ fn the_first_fault_stays_until_it_is_acknowledged() {
     let refusal = safety.request(Request::Start).unwrap_err();
     assert_eq!((refusal.request, refusal.state), (Request::Start, SafetyState::Fault(first)));
     assert_eq!(safety.request(Request::Acknowledge), Ok(SafetyState::Off));
-    // Overspeed leaves the zero: no new homing.
+    // Overspeed does not affect the zero: no new homing is needed.
     assert_eq!(safety.request(Request::Arm), Ok(SafetyState::Ready));
 }
 
@@ -161,7 +161,7 @@ fn torque_needs_homing_and_a_start() {
         assert_eq!(refusal.state, SafetyState::Off, "{}", refusal.remedy);
     }
     safety.homed(1.0);
-    assert_eq!((safety.state(), safety.zero()), (SafetyState::Off, None), "nobody asked for it");
+    assert_eq!((safety.state(), safety.zero()), (SafetyState::Off, None), "homing was not requested");
     assert!(safety.request(Request::Home).unwrap().allows_torque());
     assert!(safety.request(Request::Start).is_err(), "the zero is not known yet");
     safety.homed(1.0);
@@ -180,7 +180,8 @@ fn switched_off_nothing_is_supervised() {
     assert_eq!(safety.step(wild, DT), SafetyState::Off);
 }
 
-/// Running at a velocity [rad/s] by both sensors; what may differ is put in by a function of the time [s].
+/// Runs at a velocity [rad/s] of both sensors; `disturb` changes the inputs as a function of the time [s]. Returns the
+/// time at which the bench stopped.
 fn cruise(velocity: f64, seconds: f64, mut disturb: impl FnMut(f64, &mut SafetyInput)) -> (Safety, f64) {
     let mut safety = Safety::new(SafetyLimits { upper_end: 1e5, ..SafetyLimits::default() }, Brake::default());
     safety.request(Request::Home).unwrap();
@@ -208,12 +209,12 @@ fn cruising_is_not_a_fault() {
 }
 
 #[test]
-fn a_tacho_and_an_encoder_that_say_different_speeds_are_a_fault_after_their_time() {
+fn different_speeds_of_tacho_and_encoder_are_a_fault_after_the_allowed_time() {
     let (safety, time) = cruise(30.0, 3.0, |time, input| input.measured_velocity *= if time > 1.0 { 0.7 } else { 1.0 });
     assert!(matches!(fault(&safety), Fault::SensorsApart { .. }));
     assert!((1.05..1.06).contains(&time), "{time}");
     assert!(safety.zero().is_none());
-    // At low speed both may be off by the velocity at which the encoder must count.
+    // At low speed they may differ by the velocity above which the encoder must count.
     let (safety, _) = cruise(8.0, 3.0, |_, input| input.measured_velocity *= 0.5);
     assert_eq!(safety.state(), SafetyState::Running);
 }
@@ -292,7 +293,7 @@ fn both_motors_are_guarded_against_too_much_current_and_against_heat() {
         assert!(matches!(fault(&warm), Fault::Overheated { motor, .. } if motor == name));
         // 1 − e^(−t/T) = 1/4.
         assert!((time - 30.0 * (4.0_f64 / 3.0).ln()).abs() < 0.01, "{time}");
-        // It is braked all the same, and no acknowledgement cools it.
+        // It is still braked, and an acknowledgement does not reset the temperature.
         let mut warm = warm;
         assert!(warm.braking().is_some_and(|braking| braking.torque < 0.0));
         warm.zero = None;
@@ -321,7 +322,7 @@ fn a_screw_is_braked_before_its_stroke_ends() {
     assert_eq!(towards(154.1, -60.0), SafetyState::Running, "away from the end");
 }
 
-/// A rigid screw of 1e-3 kg m² behind the brake: the fault's state at the end, the way [rad] and the greatest torque.
+/// A rigid screw of 1.01e-3 kg m² under the brake: state at the end, distance [rad] and largest torque [N m].
 fn stopped(speed: f64, push: f64, see: impl Fn(f64, &mut SafetyInput)) -> (SafetyState, f64, f64) {
     let mut safety = Safety::new(SafetyLimits { following_error: 0.5, ..SafetyLimits::default() }, Brake::default());
     safety.request(Request::Home).unwrap();
@@ -356,7 +357,7 @@ fn the_brake_stops_within_its_deceleration_by_either_sensor_and_against_a_push()
         let allowed = |two_ticks: f64| 0.5 * speed * speed / 600.0 + speed.abs() * two_ticks;
         let (state, way, most) = stopped(speed, 0.0, |_, _| {});
         assert!(matches!(state, SafetyState::Fault(Fault::FollowingError { .. })), "{state:?}");
-        // At the end K_b·Ω without friction: 10 ms of way.
+        // At the end the torque is K_b·Ω, without friction: a time constant J/K_b of 10 ms.
         assert!(way.abs() < allowed(2.0 * DT) + 0.01 * speed.abs(), "{speed}: {way}");
         assert!(most < 1.1 * 1.25 * 1.01e-3 * 600.0, "{most}");
         let blind = |time: f64, input: &mut SafetyInput| {
@@ -367,8 +368,8 @@ fn the_brake_stops_within_its_deceleration_by_either_sensor_and_against_a_push()
         let (state, way, _) = stopped(speed, 0.0, blind);
         assert!(matches!(state, SafetyState::Fault(Fault::NotANumber { .. })), "{state:?}");
         assert!(way.abs() < allowed(2.0 * DT) + 0.03 * speed.abs(), "{speed}: {way}");
-        // The integral takes 50 ms until it holds the push, which alone takes half of the brake's deceleration;
-        // in the two seconds of the run what is held creeps with a third of a rad/s.
+        // The integral takes 50 ms until it holds the push, which alone takes half of the brake's deceleration. In the
+        // 2 s of the run the held screw creeps at a third of a rad/s.
         let (_, way, most) = stopped(speed, 0.4 * speed.signum(), |_, _| {});
         assert!(way.abs() < 1.5 * allowed(2.0 * DT) + 0.9 + 0.02 * speed.abs() && most <= 1.4, "{speed}: {way}");
     }
@@ -378,30 +379,30 @@ fn the_brake_stops_within_its_deceleration_by_either_sensor_and_against_a_push()
 fn a_push_is_held_until_the_operator_switches_off() {
     let (state, way, _) = stopped(30.0, 0.7, |_, _| {});
     assert!(matches!(state, SafetyState::Stopping(Some(Fault::FollowingError { .. }))), "{state:?}");
-    // Two seconds of it: it is let go of slowly, and creeps.
+    // In 2 s the torque is slowly released, and the screw creeps.
     assert!(way < 3.0, "{way}");
     let mut safety = running();
     safety.step(SafetyInput { measured_velocity: 400.0, ..calm(41.0) }, DT);
     let first = fault(&safety);
-    assert_eq!(safety.request(Request::Off), Ok(SafetyState::Fault(first)), "the torque goes, the fault stays");
+    assert_eq!(safety.request(Request::Off), Ok(SafetyState::Fault(first)), "no torque, the fault stays");
     assert_eq!(safety.braking(), None);
 }
 
 #[test]
-fn where_no_sensor_is_left_or_the_brake_drives_the_torque_goes_at_once() {
+fn without_a_sensor_or_with_an_accelerating_brake_the_torque_is_switched_off_at_once() {
     let (state, _, most) = stopped(30.0, 0.0, |time, input| {
         if time >= 0.05 {
             (input.measured_velocity, input.measured_angle) = (f64::NAN, f64::NAN);
         }
     });
     assert!(matches!(state, SafetyState::Fault(Fault::NotANumber { .. })) && most == 0.0, "{state:?} {most}");
-    // Pushed harder than the drive can hold.
+    // The load pushes harder than the drive can hold.
     let (state, way, _) = stopped(30.0, 3.0, |_, _| {});
     assert!(matches!(state, SafetyState::Fault(Fault::FollowingError { .. })) && way < 1.0, "{state:?} {way}");
 }
 
 #[test]
-fn a_screw_that_is_slow_once_behind_missed_ticks_has_not_stood_and_is_braked() {
+fn a_screw_that_is_slow_once_after_missed_ticks_is_not_at_rest_and_is_braked() {
     let mut safety = running();
     for k in 0..400 {
         safety.step(SafetyInput { measured_velocity: 8.0, ..calm(41.0 + 8.0 * DT * f64::from(k)) }, DT);
@@ -411,7 +412,7 @@ fn a_screw_that_is_slow_once_behind_missed_ticks_has_not_stood_and_is_braked() {
     let state = safety.step(slow, DT * (missed + 1) as f64);
     assert!(matches!(state, SafetyState::Stopping(Some(Fault::TicksMissed { .. }))), "{state:?}");
     assert!(safety.braking().is_some());
-    // Where it is slow for its time, it stands.
+    // After the standstill time at low speed it is at rest.
     let stands = (0..200).find(|_| !matches!(safety.step(calm(41.8), DT), SafetyState::Stopping(_)));
     let ticks = safety.limits().standstill_time / DT;
     assert!(stands.is_some_and(|k| f64::from(k) > ticks - 3.0), "{stands:?} of {ticks}");
