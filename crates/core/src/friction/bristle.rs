@@ -270,7 +270,7 @@ impl<T: Scalar> LuGre<T> {
 
     fn law(&self) -> [Relation<T>; 1] {
         let (Fading::Gaussian(fading) | Fading::Rational(fading)) = self.fading;
-        let remedy = "Above this speed the damping of the bristles makes energy: lower v_c or the bristle damping.";
+        let remedy = "With a higher v_c the bristles are not passive: reduce v_c or the bristle damping.";
         [at_most("fading", fading.velocity, self.passive_damping_velocity(), remedy)]
     }
 }

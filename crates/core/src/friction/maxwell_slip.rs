@@ -95,7 +95,7 @@ impl<T: Scalar> MaxwellSlip<T> {
 
     fn law(&self) -> [Relation<T>; 1] {
         let left = T::of(1.0) - self.first_share - self.second_share;
-        let remedy = "The four shares are the whole level: lower this one, or the two before.";
+        let remedy = "The four shares sum to 1: reduce this one or the two before it.";
         [at_most("third_share", self.third_share, left, remedy)]
     }
 

@@ -131,14 +131,6 @@ impl<T: Scalar> Stribeck<T> {
     }
 }
 
-impl Stribeck<f64> {
-    /// (M_S − M_K)/Ω_Strib, the steepest fall of the exponential curve [N m s/rad]; 0 without a drop. Divided by the
-    /// inertia, it bounds the unstable pole [1/s].
-    pub fn steepest_fall(&self) -> f64 {
-        (self.breakaway_torque - self.kinetic_torque).max(0.0) / self.stribeck_velocity
-    }
-}
-
 /// Static friction with true stick: a set-valued law, solved by time stepping.
 ///
 /// At rest it balances the torque that would move the load, up to the breakaway torque; in motion it is the Stribeck

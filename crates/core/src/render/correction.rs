@@ -48,7 +48,7 @@ impl<T: Scalar> CorrectionTable<T> {
     /// The speeds rise by a factor of at least 1.0001.
     fn law(&self) -> [Relation<T>; 2] {
         const APART: f64 = 1.000_1;
-        let remedy = "The table goes from where it begins over its first point to its last.";
+        let remedy = "The order must be begin, slowest, fastest, each at least 0.01 % above the one before.";
         [
             at_least("slowest", self.slowest, self.begin * T::of(APART), remedy),
             at_least("fastest", self.fastest, self.slowest * T::of(APART), remedy),
