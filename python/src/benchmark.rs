@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use stickslip::benchmark::{Entrant, FRICTIONS, HOUSE, MANOEUVRES, Plan, run_plan};
-use stickslip::fidelity::known;
+use stickslip::fidelity::by_name;
 
 use crate::error::raised;
 use crate::outcome::Outcome;
@@ -37,10 +37,10 @@ pub(crate) fn benchmark_on(
         plan = plan.quick();
     }
     if let Some(frictions) = frictions {
-        plan.frictions = known("friction", &frictions, &FRICTIONS, |it| it.name).map_err(refused)?;
+        plan.frictions = by_name("friction", &frictions, &FRICTIONS, |it| it.name).map_err(refused)?;
     }
     if let Some(manoeuvres) = manoeuvres {
-        plan.manoeuvres = known("manoeuvre", &manoeuvres, &MANOEUVRES, |it| it.name()).map_err(refused)?;
+        plan.manoeuvres = by_name("manoeuvre", &manoeuvres, &MANOEUVRES, |it| it.name()).map_err(refused)?;
     }
     plan.seeds = seeds.unwrap_or(plan.seeds);
     plan.places = places.unwrap_or(plan.places);

@@ -4,7 +4,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use stickslip::Watch;
 use stickslip::benchmark::{MANOEUVRES, Manoeuvre};
-use stickslip::fidelity::known;
+use stickslip::fidelity::by_name;
 use stickslip::parameters;
 use stickslip::simulation::{Sample, Simulation, simulate};
 use stickslip_core::control::reference::{Generator, Reference};
@@ -82,7 +82,7 @@ impl Course {
     fn of(py: Python<'_>, preset: &Preset, reference: &Bound<'_, PyAny>, chance: f64) -> PyResult<(Self, f64)> {
         let refused = |error| raised(py, &error);
         if let Ok(name) = reference.extract::<String>() {
-            let manoeuvre: Manoeuvre = known("manoeuvre", &[name], &MANOEUVRES, |it| it.name()).map_err(refused)?[0];
+            let manoeuvre: Manoeuvre = by_name("manoeuvre", &[name], &MANOEUVRES, |it| it.name()).map_err(refused)?[0];
             let (reference, duration) = manoeuvre.reference(&preset.values, chance);
             return Ok((Course::Reference(reference), duration));
         }

@@ -93,7 +93,7 @@ impl Measurements {
         if let (None, true, Some(planned)) = (run, current.measuring, current.planned) {
             let so_far = Rendering { curve: of(current.plateaus), ..*planned };
             let report = Report::new("", Provenance::new("", None, ""));
-            let shown = RenderedFriction::of(&so_far.add_to(report, self.own_friction().as_ref()));
+            let shown = RenderedFriction::of(&so_far.add_to_report(report, self.own_friction().as_ref()));
             return Ok(RenderedFriction { measuring: true, ..shown });
         }
         let names = self.curves();

@@ -105,9 +105,9 @@ impl Parts {
     pub fn finish(&self) -> Result<Outcome, Error> {
         let Parts { work, folder, missing } = self;
         let count = |index: &usize| work.part(*index).count() as u64;
-        let kept = work.cases - missing.iter().map(count).sum::<u64>();
+        let reused = work.cases - missing.iter().map(count).sum::<u64>();
         let (file, parts) = (self.file(), folder.join(PARTS));
-        let outcome = Outcome { plan: work.plan.clone(), file: file.clone(), cases: work.cases, kept };
+        let outcome = Outcome { plan: work.plan.clone(), file: file.clone(), cases: work.cases, reused };
         if missing.is_empty() && rows(&file, &work.columns, &work.follows_from) == Some(work.cases) {
             return Ok(outcome);
         }

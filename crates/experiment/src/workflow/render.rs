@@ -155,7 +155,7 @@ impl Rendering {
     }
 
     /// Adds key numbers and figures; `own` as in [`figures`](Self::figures).
-    pub fn add_to(&self, report: Report, own: Option<&Series>) -> Report {
+    pub fn add_to_report(&self, report: Report, own: Option<&Series>) -> Report {
         let report = self.keys().into_iter().fold(report, |report, (name, estimate)| report.key(name, estimate));
         self.figures(own.cloned()).into_iter().fold(report, |report, (_, figure, caption)| {
             report.section(Section::Figure { figure: Box::new(figure), caption })
@@ -429,7 +429,7 @@ impl RenderRun {
         let title = if self.complete() { "Rendered friction" } else { "Rendered friction (incomplete)" };
         let report = Report::new(title, provenance)
             .summary([rendering.verdict()].into_iter().chain(self.lines()).collect::<Vec<_>>().join(" "));
-        rendering.add_to(report, self.own.as_ref())
+        rendering.add_to_report(report, self.own.as_ref())
     }
 
     /// The best correction, as columns.

@@ -80,7 +80,7 @@ fn unknown(name: String) -> Error {
 /// A file that cannot be read or written, or is of an unknown kind; an unknown signal; [`Error::Cancelled`].
 pub fn export(from: &Path, to: &Path, part: &Part, watch: &Watch) -> Result<Exported, Error> {
     let kind = to.extension().and_then(|kind| kind.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if known(&kind).is_err() {
+    if check_kind(&kind).is_err() {
         return Err(unknown(to.display().to_string()));
     }
     let file = Opened::open(from)?;
