@@ -84,7 +84,7 @@ pub(crate) enum Command {
     Render(render::RenderCommand),
     /// Compare trajectories with rendered friction to those of a machine that has this friction.
     #[command(after_help = "Example: stickslip fidelity --quick\n\
-                            Example: stickslip fidelity --preset clm-bench --law auto --scenario sine_2hz --seeds 3")]
+                            Example: stickslip fidelity --preset clm-bench --law residual --scenario sine_2hz --seeds 1")]
     Fidelity(fidelity::Fidelity),
     /// Run an external position controller, friction or rendering law on the virtual bench.
     #[command(after_help = "Example: stickslip load --header .\n\
