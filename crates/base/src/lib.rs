@@ -21,6 +21,7 @@ pub mod parameters;
 pub mod preset;
 pub mod quantity;
 pub mod report;
+pub mod shell;
 pub mod statistics;
 pub mod summary;
 pub mod table;

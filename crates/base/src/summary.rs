@@ -1,7 +1,7 @@
 //! `summary.json`: the results of a command, for scripts.
 //!
 //! `{"schema": "stickslip.summary/1", "command", "version", "results": {NAME: {"value", "unit", "ci95"?}}, "rows"?,
-//! "files"?}`. Names are dotted, values SI, torques on the screw. The same results give the same bytes, in any order of
+//! "notes"?, "files"?}`. Names are dotted, values SI, torques on the screw. The same results give the same bytes, in any order of
 //! the calls: names are sorted, rows and files keep their order, a number that is not finite is `null`.
 
 use std::collections::BTreeMap;
@@ -27,6 +27,8 @@ pub struct Summary {
     results: BTreeMap<String, Quantity>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     rows: Vec<Row>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     files: Vec<String>,
 }
@@ -59,6 +61,7 @@ impl Summary {
             version: env!("CARGO_PKG_VERSION"),
             results: BTreeMap::new(),
             rows: Vec::new(),
+            notes: Vec::new(),
             files: Vec::new(),
         }
     }
@@ -83,6 +86,17 @@ impl Summary {
     pub fn row<'a>(&mut self, cells: impl IntoIterator<Item = (&'a str, Value)>) -> &mut Self {
         self.rows.push(Row(cells.into_iter().map(|(name, value)| (name.into(), value)).collect()));
         self
+    }
+
+    /// Adds a sentence on the data: what was found and corrected.
+    pub fn note(&mut self, text: impl Into<String>) -> &mut Self {
+        self.notes.push(text.into());
+        self
+    }
+
+    /// The sentences, in order.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Adds a file that the command wrote, relative to the folder of the summary.

@@ -27,6 +27,7 @@ mod parquet;
 pub mod table;
 mod text;
 mod time;
+pub mod understand;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -184,6 +185,20 @@ impl Recording {
             .into());
         }
         Ok(column)
+    }
+
+    /// Line of a row in a text, or its number in a table; counted from 1.
+    ///
+    /// # Panics
+    /// For a row that the recording does not have.
+    pub fn line(&self, row: usize) -> u64 {
+        self.lines[row]
+    }
+
+    /// The error of a column that is implausible from a row on.
+    pub fn refuse(&self, column: &str, refusal: &understand::Refusal) -> Error {
+        let line = self.lines.get(refusal.row).copied().unwrap_or_default();
+        unreadable(&self.path, &format!("line {line}: column `{column}`: {}", refusal.fault), &refusal.remedy)
     }
 
     /// The error of a column with implausible numbers.

@@ -61,7 +61,8 @@ impl Recording {
         for row in 1..=last {
             let step = time[row] - time[row - 1];
             if step <= 0.0 {
-                let remedy = "Sort the rows and remove repeated ones.";
+                let remedy = "If only the stamps are wrong and the rows are even, remove `time` under [columns] and \
+                state sampling_period; otherwise split the file at this row.";
                 return Err(self.uneven(time, row, "time does not advance", period, remedy));
             }
             if step > gap * median {
