@@ -256,15 +256,7 @@ mod tests {
     fn at_rest<R>(distance: f64, look: impl Fn(&Loop<'_>) -> R) -> R {
         const SAMPLES: usize = 20_000;
         let zeros = vec![0.0; SAMPLES];
-        let signals = Signals {
-            period: 1e-3,
-            position: zeros.clone(),
-            velocity: None,
-            reference: None,
-            command: zeros.clone(),
-            injected: None,
-            notes: Vec::new(),
-        };
+        let signals = Signals { period: 1e-3, position: zeros.clone(), command: zeros.clone(), ..Signals::default() };
         let motion = Motion {
             offset: 0.0,
             inertia: None,

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Identification;
 use super::limits::percent;
+use super::recorded;
 use crate::machine::Axis;
 use stickslip_base::figure::{Axis as FigureAxis, Figure, Role, Series};
 use stickslip_base::quantity::NORMAL95;
@@ -14,7 +15,7 @@ const POINTS: usize = 200;
 
 impl Identification {
     /// All figures with file name and caption.
-    pub fn figures(&self) -> [(&'static str, Figure, String); 3] {
+    pub fn figures(&self) -> [(&'static str, Figure, String); 5] {
         let best = self.best();
         let (which, error) = match &best.unseen {
             Some(_) => (
@@ -38,7 +39,10 @@ impl Identification {
             self.force().0,
             best.kind.title(),
         );
+        let [position, command] = recorded::figures(&self.signals, self.axis, self.command_unit);
         [
+            position,
+            command,
             ("figure-friction.svg", self.friction_figure(), friction),
             ("figure-prediction.svg", self.prediction_figure(), which.into()),
             ("figure-error.svg", self.error_figure(), format!("Residual of the same stretch. {error}")),

@@ -29,6 +29,7 @@ pub mod curve_file;
 mod error;
 mod figures;
 mod files;
+mod held;
 mod limits;
 pub mod machine;
 mod model_file;
@@ -36,6 +37,7 @@ mod models;
 mod motion;
 mod parameters;
 mod preset;
+mod recorded;
 mod refine;
 mod report;
 mod results;
@@ -51,6 +53,7 @@ pub use model_file::{IdentifiedModel, model_toml, read_model};
 pub use models::{Candidate, Kind};
 pub use motion::{Motion, Regression, force_error};
 pub use parameters::{ParameterLine, parameter_lines};
+pub use recorded::{DONE, done};
 pub use refine::{CLOSED_LOOP, Refined};
 pub use report::report;
 pub use results::{summary, write};
@@ -106,7 +109,7 @@ pub struct Lift {
 /// an inertia that is not positive; [`Error::Cancelled`].
 pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Result<Identification, Error> {
     watch.stage("balance of forces", 0.0)?;
-    let signals = machine.signals(recording)?;
+    let signals = held::choose(machine.signals(recording)?, machine);
     let mut motion = Motion::of(&signals, machine)?;
     let (samples, recipe) = (motion.samples(), machine.recipe);
     let needed = 2 * (recipe.skip + 30 * recipe.decimation);

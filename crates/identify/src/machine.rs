@@ -5,9 +5,11 @@
 
 mod columns;
 mod drive;
+mod effect;
 pub mod guess;
 mod runs;
 mod signals;
+mod understood;
 
 use crate::IdentifyError;
 use std::collections::BTreeMap;
@@ -16,7 +18,7 @@ use std::path::Path;
 pub use drive::Drive;
 pub use runs::{Pendulum, Run};
 use serde::Deserialize;
-pub use signals::Signals;
+pub use signals::{Recorded, Signals};
 
 use stickslip_base::Error;
 use stickslip_base::units::{Dimension, Quantity};
@@ -92,7 +94,7 @@ pub struct Columns {
     pub injected: Option<Channel>,
     /// Number of the run that a row belongs to.
     pub run: Option<Channel>,
-    /// Whether the drive is on: 0 or 1.
+    /// Whether the drive is on: 0 or 1. Of an axis, the longest stretch of enabled rows is used.
     pub enabled: Option<Channel>,
 }
 
@@ -106,7 +108,8 @@ pub struct Channel {
     pub unit: Option<String>,
     /// For `counts`: counts in a turn.
     pub counts_per_rev: Option<f64>,
-    /// Number of values of an unsigned register, 65536 for 16 bits: values from half of it on are negative.
+    /// Number of values of a counter or register, 65536 for 16 bits, in the unit of the column. A position is continued
+    /// over its end; of a velocity or command, values from half of it on are negative.
     pub wraps: Option<f64>,
     /// Side of the gear where an angle is measured.
     #[serde(default)]
@@ -218,10 +221,10 @@ impl Machine {
         let screw_lead = si(&file.screw_lead, "screw_lead", Dimension::Length)?;
         let gear_ratio = file.gear_ratio.unwrap_or(1.0);
         let chain = drive::Chain { axis: file.axis, screw_lead, gear_ratio };
-        let (drive, gain) = match &file.pendulum {
+        let (drive, gain, motor_side) = match &file.pendulum {
             None => chain.drive(&file.drive, file.columns.command.unit.as_deref(), path)?,
             // The command is a duty cycle, whose torque is identified.
-            Some(_) => (Drive { command: Dimension::Share, unit: "1".into(), limit: None }, 1.0),
+            Some(_) => (Drive { command: Dimension::Share, unit: "1".into(), limit: None }, 1.0, true),
         };
         let machine = Machine {
             sampling_period: si(&Some(file.sampling_period), "sampling_period", Dimension::Time)?.unwrap_or(f64::NAN),
@@ -244,6 +247,10 @@ impl Machine {
             text: text.to_owned(),
         };
         machine.check(path)?;
+        if let Some((key, reason)) = machine.without_effect(motor_side) {
+            let message = format!("{key} has no effect: it {reason}. Remove or correct it.");
+            return Err(IdentifyError::MachineFile { path: path.to_owned(), message }.into());
+        }
         Ok(machine)
     }
 
@@ -262,6 +269,8 @@ impl Machine {
         for (name, channel) in self.columns.positions() {
             optional(name, channel.counts_per_rev);
         }
+        optional("columns.position.wraps", self.columns.position.wraps);
+        optional("columns.command.wraps", self.columns.command.wraps);
         if let Some(pendulum) = &self.pendulum {
             numbers.extend(pendulum.numbers());
         }

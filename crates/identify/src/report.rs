@@ -2,6 +2,7 @@
 
 use super::limits::percent;
 use super::parameters::{BEST, ParameterLine, lines, parameter_lines};
+use super::recorded::{DONE, done};
 use super::results::unit;
 use super::{Candidate, Identification};
 use crate::machine::{Axis, Machine};
@@ -40,9 +41,14 @@ pub fn report(
              standard deviations, which treat every sample as independent and are therefore narrower.",
         );
     }
-    let [friction, predicted, missed] =
+    let [position, command_figure, friction, predicted, missed] =
         found.figures().map(|(_, figure, caption)| Section::Figure { figure: Box::new(figure), caption });
     report = report
+        .heading("The recording")
+        .section(position)
+        .section(command_figure)
+        .heading(DONE)
+        .list(done(&found.signals))
         .heading("Friction in each direction")
         .paragraph(balance(found))
         .section(friction)

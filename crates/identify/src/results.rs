@@ -77,6 +77,9 @@ pub fn summary(found: &Identification) -> Summary {
             ("position_rms", prediction.map(|p| p.position_rms).into()),
         ]);
     }
+    for finding in &found.signals.findings {
+        summary.note(finding.clone());
+    }
     summary
 }
 
@@ -150,8 +153,15 @@ mod tests {
         assert_eq!(summary.value("stribeck.identifiable"), Some(0.0));
         assert_eq!(summary.value("friction.negative.viscous"), Some(found().asymmetric.fit.coefficients[3]));
         assert_eq!(summary.value("friction.positive.breakaway"), None);
-        let names =
-            ["model.toml", "feedforward.csv", "figure-friction.svg", "figure-prediction.svg", "figure-error.svg"];
+        let names = [
+            "model.toml",
+            "feedforward.csv",
+            "figure-recording.svg",
+            "figure-recorded-command.svg",
+            "figure-friction.svg",
+            "figure-prediction.svg",
+            "figure-error.svg",
+        ];
         let written: serde_json::Value = serde_json::from_str(&summary.to_json()).unwrap();
         assert_eq!(written["files"], serde_json::json!([&names[..], &["report.json", "report.html"]].concat()));
         let again = tempfile::tempdir().unwrap();

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::axis::{AxisModel, ClosedLoop, Loop, Prediction};
 use super::motion::{Motion, force_error};
 use super::results::unit;
-use super::{IdentifiedModel, limits};
+use super::{IdentifiedModel, limits, recorded};
 use crate::machine::{Axis, Machine, Signals};
 use stickslip_base::figure::{Axis as FigureAxis, Figure, Role, Series};
 use stickslip_base::quantity::{Estimate, tied};
@@ -83,6 +83,9 @@ impl Validation {
                 summary.result("prediction.position_rms", prediction.position_rms, unit(self.axis, "position"));
             }
             None => _ = summary.result("prediction.torque_error", self.torque_error, "1"),
+        }
+        for finding in &self.signals.findings {
+            summary.note(finding.clone());
         }
         summary
     }
@@ -199,7 +202,9 @@ impl Validation {
         for note in &self.signals.notes {
             report = report.paragraph(note.clone());
         }
-        let figures = self.figures();
+        report = report.heading(recorded::DONE).list(recorded::done(&self.signals));
+        let mut figures: Vec<_> = recorded::figures(&self.signals, self.axis, self.command_unit).into();
+        figures.extend(self.figures());
         for (_, figure, caption) in &figures {
             report = report.figure(figure.clone(), caption.clone());
         }

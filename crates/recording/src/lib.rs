@@ -53,8 +53,10 @@ pub struct Column {
     pub name: String,
     /// Unit in the file.
     pub unit: Option<String>,
-    /// One value per row; cells that are not finite numbers are NaN.
+    /// One value per row, relative to `origin`; cells that are not finite numbers are NaN.
     pub values: Vec<f64>,
+    /// Added to all values: 0, but for whole numbers beyond 2⁵³, whose differences would be rounded.
+    pub origin: f64,
     /// The first cell that is not a finite number, and its row. It matters only if the column is used.
     fault: Option<(usize, String)>,
 }
@@ -63,7 +65,7 @@ impl Column {
     /// A column without a unit.
     pub fn new(name: &str, values: Vec<f64>) -> Self {
         let fault = values.iter().position(|v| !v.is_finite()).map(|row| (row, values[row].to_string()));
-        Column { name: name.to_owned(), unit: None, values, fault }
+        Column { name: name.to_owned(), unit: None, values, origin: 0.0, fault }
     }
 
     /// The column with this unit.
@@ -136,7 +138,10 @@ impl Recording {
     /// # Panics
     /// If the range ends beyond the last row.
     pub fn rows_of(&self, range: std::ops::Range<usize>) -> Self {
-        let cut = |c: &Column| Column::new(&c.name, c.values[range.clone()].to_vec()).with_unit(c.unit.clone());
+        let cut = |c: &Column| {
+            let cut = Column::new(&c.name, c.values[range.clone()].to_vec()).with_unit(c.unit.clone());
+            Column { origin: c.origin, ..cut }
+        };
         let columns = self.columns.iter().map(cut).collect();
         Recording { path: self.path.clone(), columns, lines: self.lines[range.clone()].to_vec() }
     }

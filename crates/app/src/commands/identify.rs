@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use stickslip::identify::servo::{self, ServoIdentification, identify_servo};
-use stickslip::identify::{Identification, ParameterLine, identify, parameter_lines, write};
+use stickslip::identify::{DONE, Identification, ParameterLine, done, identify, parameter_lines, write};
 use stickslip::machine::Machine;
 use stickslip::quantity::number;
 use stickslip::recording::Recording;
-use stickslip::{Summary, Watch};
+use stickslip::{Summary, Watch, shell};
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -34,7 +34,8 @@ impl Identify {
         watch.stage("read", 0.0)?;
         let machine = Machine::read(&self.machine)?;
         let recording = Recording::read(&self.recording)?;
-        let command = format!("stickslip identify {} --machine {}", self.recording.display(), self.machine.display());
+        let command =
+            format!("stickslip identify {} --machine {}", shell::path(&self.recording), shell::path(&self.machine));
         if machine.pendulum.is_some() {
             let identification = identify_servo(&recording, &machine, watch)?;
             watch.stage("write", 0.0)?;
@@ -53,6 +54,10 @@ impl Identify {
 }
 
 fn show(identification: &Identification, summary: &Summary, machine: &Machine, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "{DONE}:")?;
+    for finding in done(&identification.signals) {
+        writeln!(out, "  {}", finding.replace('\u{a0}', " "))?;
+    }
     let heads = ["A friction for each direction:", "One friction for both directions, and an offset:"];
     for (head, lines) in heads.into_iter().zip(parameter_lines(summary, machine)) {
         writeln!(out, "{head}")?;

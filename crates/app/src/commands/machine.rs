@@ -4,9 +4,9 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use stickslip::machine::guess::Draft;
+use stickslip::machine::guess::{self, Draft};
 use stickslip::recording::Recording;
-use stickslip::{Error, output};
+use stickslip::{Error, output, shell};
 
 use crate::failure::Failure;
 
@@ -15,8 +15,9 @@ use crate::failure::Failure;
 pub(crate) enum Machine {
     /// Write a machine file for a recording: meaning and unit of the columns, gain of the drive.
     #[command(
-        after_help = "Each question has a default; Enter accepts it. From a pipe, answers are read line by line.\n\n\
-                      Example: stickslip machine init axis.csv --out my-axis.toml"
+        after_help = "Enter accepts the default of a question. Questions whose answer the recording does not determine \
+                      have none. Answers by name are stable for scripts; from a pipe, the others are read line by line.\n\n\
+                      Example: stickslip machine init axis.csv --yes --answer gain=\"36 N/V\" --answer command-unit=V"
     )]
     Init(Init),
 }
@@ -29,9 +30,12 @@ pub(crate) struct Init {
     /// File to write [default: NAME-machine.toml in the folder of the recording].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Accept all defaults.
+    /// Accept all defaults; a question without a default is then an error.
     #[arg(long)]
     yes: bool,
+    /// Answer a question by its name, e.g. gain="36 N/V"; may be repeated.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = named_answer)]
+    answer: Vec<(String, String)>,
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
@@ -59,35 +63,71 @@ impl Init {
         writeln!(out, "{} rows, columns: {}", recording.rows(), columns.join(", "))?;
         let mut draft = Draft::new(&recording);
         self.answer_questions(&mut draft, out)?;
-        let (text, _) = draft.toml(&file)?;
+        let (text, machine) = draft.toml(&file)?;
         output::write(&file, text)?;
+        for finding in machine.signals(&recording)?.findings {
+            writeln!(out, "{}", finding.replace('\u{a0}', " "))?;
+        }
+        if !draft.guessed().is_empty() {
+            writeln!(out, "Guessed from the recording: {}.", draft.guessed().join(", "))?;
+        }
         writeln!(out, "Written: {}. Look through it, then:", file.display())?;
-        Ok(writeln!(out, "  stickslip identify {} --machine {}", self.recording.display(), file.display())?)
+        let (recording, machine) = (shell::path(&self.recording), shell::path(&file));
+        Ok(writeln!(out, "  stickslip identify {recording} --machine {machine}")?)
     }
 
-    /// Answers all questions: on the terminal, from a pipe, or with the defaults.
+    /// Answers all questions: by name, on the terminal, from a pipe, or with the defaults.
     fn answer_questions(&self, draft: &mut Draft<'_>, out: &mut dyn Write) -> Result<(), Failure> {
         let terminal = io::stdin().is_terminal();
         let mut answers = io::stdin().lock().lines();
+        let mut used = Vec::new();
         while let Some(question) = draft.next() {
-            write!(out, "{} [{}]: ", question.text, question.guess)?;
+            let default = question.guess.as_ref().map_or(String::new(), |guess| format!(" [{guess}]"));
+            write!(out, "{}{default}: ", question.text)?;
             out.flush()?;
+            let named = self.answer.iter().find(|(name, _)| name == question.name).map(|(_, answer)| answer.clone());
+            let asked = named.is_none() && !self.yes;
             let unreadable = |source| Error::file(Path::new("standard input"), "read", source);
-            let line = if self.yes { Some(String::new()) } else { answers.next().transpose().map_err(unreadable)? };
-            let Some(line) = line else {
-                let remedy =
-                    "Give one answer a line, an empty line for the default, or accept all defaults with --yes.";
-                let (question, answer) = (question.text, "the end of the input".into());
-                return Err(Error::Answer { question, answer, remedy: remedy.into() }.into());
+            let line = match named {
+                Some(answer) => {
+                    used.push(question.name);
+                    Some(answer)
+                }
+                None if self.yes => Some(String::new()),
+                None => answers.next().transpose().map_err(unreadable)?,
             };
-            if self.yes || !terminal {
+            let Some(line) = line else {
+                let remedy = format!(
+                    "Give one answer a line, an empty line for the default, or name it: --answer {}=….",
+                    question.name
+                );
+                let (question, answer) = (question.text, "the end of the input".into());
+                return Err(Error::Answer { question, answer, remedy }.into());
+            };
+            if !(asked && terminal) {
                 writeln!(out, "{line}")?;
             }
             match draft.answer(&question, &line) {
-                Err(error) if terminal && !self.yes => writeln!(out, "{error}")?,
+                Err(error) if terminal && asked => writeln!(out, "{error}")?,
                 result => result?,
             }
         }
-        Ok(())
+        match self.answer.iter().find(|(name, _)| !used.contains(&name.as_str())) {
+            None => Ok(()),
+            Some((name, answer)) => {
+                let remedy = "The other answers leave no question of this name. Remove it, or correct them.".into();
+                Err(Error::Answer { question: name.clone(), answer: answer.clone(), remedy }.into())
+            }
+        }
+    }
+}
+
+/// `NAME=VALUE` with the name of a question.
+fn named_answer(text: &str) -> Result<(String, String), String> {
+    let known = || guess::names().collect::<Vec<_>>().join(", ");
+    let Some((name, value)) = text.split_once('=') else { return Err(format!("write NAME=VALUE; names: {}", known())) };
+    match guess::names().any(|known| known == name) {
+        true => Ok((name.to_owned(), value.to_owned())),
+        false => Err(format!("unknown question \"{name}\"; names: {}", known())),
     }
 }

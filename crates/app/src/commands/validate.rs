@@ -4,10 +4,10 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use stickslip::Watch;
 use stickslip::identify::{read_model, validate};
 use stickslip::machine::Machine;
 use stickslip::recording::Recording;
+use stickslip::{Watch, shell};
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -39,14 +39,14 @@ impl Validate {
         let validation = validate(&recording, &model, &machine, watch)?;
         let command = format!(
             "stickslip validate {} --model {} --machine {}",
-            self.recording.display(),
-            self.model.display(),
-            self.machine.display()
+            shell::path(&self.recording),
+            shell::path(&self.model),
+            shell::path(&self.machine)
         );
         let summary = validation.write(&machine, &recording, &command, &self.out)?;
         self.shown.show(out, &summary, |out| {
             writeln!(out, "{}", validation.verdict().replace('\u{a0}', " "))?;
-            for note in &validation.signals.notes {
+            for note in validation.signals.findings.iter().chain(&validation.signals.notes) {
                 writeln!(out, "  {note}")?;
             }
             Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)

@@ -2,6 +2,7 @@
 
 use stickslip_base::units::Dimension::{self, Angle, Counts, Current, Force, Length, Share, Time, Torque, Voltage};
 use stickslip_base::units::measure;
+use stickslip_recording::understand::stamp_unit::{StampUnit, stamp_unit};
 use stickslip_recording::{Column, Recording};
 
 /// Role of a column.
@@ -106,7 +107,8 @@ fn score(column: &Column, role: Role) -> i32 {
         score += if role.fits().contains(&dimension) { 3 } else { -20 };
     }
     match role {
-        Role::Time if !rises => score -= 20,
+        Role::Time if stamp_unit(column.origin, &column.values) == StampUnit::RowNumber && score < 4 => score -= 20,
+        Role::Time if !mostly_rises(column) => score -= 20,
         Role::Time => score += 2,
         _ if constant || (rises && is_named(Role::Time)) => score -= 20,
         Role::Position if is_named(Role::Reference) => score -= 5,
@@ -118,46 +120,32 @@ fn score(column: &Column, role: Role) -> i32 {
     score
 }
 
+/// Whether a column may be a clock: it rises but for repeated stamps, roll-over and single faults.
+fn mostly_rises(column: &Column) -> bool {
+    let falls = column.values.windows(2).filter(|w| w[1] < w[0]).count();
+    let rises = column.values.windows(2).filter(|w| w[1] > w[0]).count();
+    rises > 0 && falls * 100 <= column.values.len()
+}
+
 /// The unit in header or name: `pos_mm`.
 fn unit_in_header(column: &Column) -> Option<String> {
     let suffix = || column.name.rsplit_once('_').map(|(_, unit)| unit.to_owned());
     column.unit.clone().filter(|unit| measure(unit).is_some()).or_else(|| suffix().filter(|u| measure(u).is_some()))
 }
 
-/// The unit of the header, or a guess from the numbers.
-pub(super) fn unit_of(column: &Column, role: Role) -> String {
+/// The unit in the header, or the only one that names and numbers allow. A command has none: forces are in proportion
+/// to it.
+pub(super) fn unit_of(column: &Column, role: Role) -> Option<String> {
     let fits = |unit: &String| measure(unit).is_some_and(|(dimension, _)| role.fits().contains(&dimension));
     if let Some(unit) = unit_in_header(column).filter(fits) {
-        return unit;
+        return Some(unit);
     }
-    let (low, high) = column.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    let is_named = |among: &[&str]| has_word(&column.name, among);
-    let unit = match role {
-        // Drives record at 20 Hz or faster.
-        Role::Time => match (high - low) / column.values.len() as f64 {
-            step if step < 0.05 => "s",
-            step if step < 50.0 => "ms",
-            _ => "us",
+    match role {
+        Role::Time => match stamp_unit(column.origin, &column.values) {
+            StampUnit::Certain(unit) => Some(unit.into()),
+            StampUnit::Possible(units) if units.len() == 1 => Some(units[0].into()),
+            StampUnit::Possible(_) | StampUnit::RowNumber => None,
         },
-        Role::Position | Role::Reference => match high - low {
-            _ if column.values.iter().all(|v| v.fract() == 0.0) => "counts",
-            _ if is_named(&["angle", "phi", "theta", "winkel"]) => {
-                if high - low > 20.0 {
-                    "deg"
-                } else {
-                    "rad"
-                }
-            }
-            span if span < 2.0 => "m",
-            _ => "mm",
-        },
-        Role::Command => match () {
-            () if is_named(&["current", "strom", "i", "iq"]) => "A",
-            () if is_named(&["torque", "moment"]) => "N m",
-            () if is_named(&["force", "kraft"]) => "N",
-            () if is_named(&["duty", "pwm", "load", "percent"]) => "%",
-            () => "V",
-        },
-    };
-    unit.into()
+        _ => None,
+    }
 }

@@ -51,8 +51,14 @@ pub(super) struct Chain {
 
 impl Chain {
     /// The command, and force or torque on the axis per SI unit of it. `stated_unit` is the unit of the command in the
-    /// machine file, if any; otherwise the drive's own units determine it.
-    pub(super) fn drive(&self, table: &Table, stated_unit: Option<&str>, path: &Path) -> Result<(Drive, f64), Error> {
+    /// machine file, if any; otherwise the drive's own units determine it. The third is whether the effect is a torque of
+    /// the motor, which the gear transmits.
+    pub(super) fn drive(
+        &self,
+        table: &Table,
+        stated_unit: Option<&str>,
+        path: &Path,
+    ) -> Result<(Drive, f64, bool), Error> {
         let place = |field: &str| format!("{}: {field}", path.display());
         let command = self.command(table, stated_unit, &place("columns.command"))?;
         let limit = table.limit.as_ref().map(|limit| limit.si(command, &place("drive.limit"))).transpose()?;
@@ -92,7 +98,7 @@ impl Chain {
             _ => return Err(unfit(effect.si_unit(), &self.reachable([Force, Torque]), &place("drive"))),
         };
         let unit = stated_unit.unwrap_or(command.si_unit()).to_owned();
-        Ok((Drive { command, unit, limit }, rated * gain * transmission))
+        Ok((Drive { command, unit, limit }, rated * gain * transmission, torque))
     }
 
     /// Dimension of the command.

@@ -10,6 +10,8 @@ use super::{Axis, Machine};
 use stickslip_base::Error;
 use stickslip_base::units::Dimension::{self, Angle, Counts, Current, Force, Length, Share, Time, Torque, Voltage};
 use stickslip_base::units::measure;
+use stickslip_recording::understand::clock;
+use stickslip_recording::understand::stamp_unit::{StampUnit, stamp_unit};
 use stickslip_recording::{Column, Recording};
 
 /// Answers so far, in order.
@@ -17,6 +19,8 @@ use stickslip_recording::{Column, Recording};
 pub struct Draft<'a> {
     recording: &'a Recording,
     answers: Vec<(Key, String)>,
+    /// Names of the questions whose guess was accepted.
+    guessed: Vec<&'static str>,
 }
 
 /// Subject of a question.
@@ -45,11 +49,40 @@ enum Key {
 /// A question with its guess.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Question {
+    /// Name for scripts; it does not change when questions are added.
+    pub name: &'static str,
     /// Text of the question.
     pub text: String,
-    /// Default answer.
-    pub guess: String,
+    /// Default answer; none where a wrong one would give a wrong result without notice.
+    pub guess: Option<String>,
     key: Key,
+}
+
+/// The questions in their order, with their names.
+const QUESTIONS: [(Key, &str); 18] = [
+    (Key::Name, "name"),
+    (Key::Time, "time"),
+    (Key::TimeUnit, "time-unit"),
+    (Key::Period, "period"),
+    (Key::Position, "position"),
+    (Key::PositionUnit, "position-unit"),
+    (Key::Axis, "axis"),
+    (Key::CountsPerRev, "counts-per-rev"),
+    (Key::Reference, "reference"),
+    (Key::Command, "command"),
+    (Key::CommandUnit, "command-unit"),
+    (Key::Rated, "rated"),
+    (Key::Gain, "gain"),
+    (Key::Lead, "lead"),
+    (Key::Controller, "controller"),
+    (Key::PositionGain, "position-gain"),
+    (Key::VelocityGain, "velocity-gain"),
+    (Key::Limit, "limit"),
+];
+
+/// Names of all questions, in order.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    QUESTIONS.iter().map(|(_, name)| *name)
 }
 
 /// The answer "none".
@@ -58,7 +91,7 @@ const NONE: &str = "-";
 impl<'a> Draft<'a> {
     /// A draft without answers.
     pub fn new(recording: &'a Recording) -> Self {
-        Draft { recording, answers: Vec::new() }
+        Draft { recording, answers: Vec::new(), guessed: Vec::new() }
     }
 
     fn answer_to(&self, key: Key) -> Option<&str> {
@@ -118,32 +151,14 @@ impl<'a> Draft<'a> {
 
     /// The next question; none when the file can be written.
     pub fn next(&self) -> Option<Question> {
-        use Key::{
-            Axis, Command, CommandUnit, Controller, CountsPerRev, Gain, Lead, Limit, Name, Period, Position,
-            PositionGain, PositionUnit, Rated, Reference, Time, TimeUnit, VelocityGain,
-        };
-        const ORDER: [Key; 18] = [
-            Name,
-            Time,
-            TimeUnit,
-            Period,
-            Position,
-            PositionUnit,
-            Axis,
-            CountsPerRev,
-            Reference,
-            Command,
-            CommandUnit,
-            Rated,
-            Gain,
-            Lead,
-            Controller,
-            PositionGain,
-            VelocityGain,
-            Limit,
-        ];
-        let key = ORDER.into_iter().find(|key| self.answer_to(*key).is_none() && self.applies(*key))?;
-        Some(Question { text: self.text(key), guess: self.guess(key), key })
+        let open = |(key, _): &&(Key, &'static str)| self.answer_to(*key).is_none() && self.applies(*key);
+        let (key, name) = QUESTIONS.iter().find(open)?;
+        Some(Question { name, text: self.text(*key), guess: self.guess(*key), key: *key })
+    }
+
+    /// Names of the questions whose guess was accepted.
+    pub fn guessed(&self) -> &[&'static str] {
+        &self.guessed
     }
 
     fn text(&self, key: Key) -> String {
@@ -152,7 +167,7 @@ impl<'a> Draft<'a> {
             Key::Name => "Name of the machine",
             Key::Axis => "Does it move linear or rotary",
             Key::Time => "Column of time, - if there is none",
-            Key::TimeUnit => "Unit of time",
+            Key::TimeUnit => return self.text_of_time_unit(),
             Key::Period => "Sampling period, with unit",
             Key::Position => "Column of the measured position",
             Key::PositionUnit => "Unit of position; counts, if it is not scaled",
@@ -174,50 +189,80 @@ impl<'a> Draft<'a> {
         text.into()
     }
 
-    fn guess(&self, key: Key) -> String {
+    fn text_of_time_unit(&self) -> String {
+        let possible = match self.column(Key::Time).map(|time| stamp_unit(time.origin, &time.values)) {
+            Some(StampUnit::RowNumber) => {
+                "; the column counts rows, and may be no time: answer - to `time` then".into()
+            }
+            Some(StampUnit::Possible(units)) if units.len() > 1 => format!(", one of {}", units.join(", ")),
+            _ => String::new(),
+        };
+        format!("Unit of time{possible}")
+    }
+
+    /// A guess; none for what neither names nor numbers of the recording determine.
+    fn guess(&self, key: Key) -> Option<String> {
         let column = |role| {
             let taken: Vec<&str> = self.answers.iter().map(|(_, answer)| answer.as_str()).collect();
-            proposed(self.recording, role, &taken).map_or(NONE.into(), |c| c.name.clone())
+            proposed(self.recording, role, &taken).map(|c| c.name.clone())
         };
-        let unit = |key, role| self.column(key).map_or_else(String::new, |c| unit_of(c, role));
+        let or_none = |column: Option<String>| Some(column.unwrap_or_else(|| NONE.into()));
+        let unit = |key, role| self.column(key).and_then(|c| unit_of(c, role));
         match key {
             Key::Name => {
                 let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
-                file.split('.').next().filter(|name| !name.is_empty()).unwrap_or("axis").into()
+                Some(file.split('.').next().filter(|name| !name.is_empty()).unwrap_or("axis").into())
             }
             Key::Axis => match self.measured(Key::PositionUnit) {
-                Some(Length) => "linear".into(),
-                _ => "rotary".into(),
+                Some(Length) => Some("linear".into()),
+                Some(Angle) => Some("rotary".into()),
+                _ => None,
             },
-            Key::Time => column(Role::Time),
+            Key::Time => or_none(column(Role::Time)),
             Key::TimeUnit => unit(Key::Time, Role::Time),
-            Key::Period => "1 ms".into(),
             Key::Position => column(Role::Position),
             Key::PositionUnit => unit(Key::Position, Role::Position),
-            Key::CountsPerRev => "4096".into(),
-            Key::Reference => column(Role::Reference),
+            Key::Reference => or_none(column(Role::Reference)),
             Key::Command => column(Role::Command),
             Key::CommandUnit => unit(Key::Command, Role::Command),
-            Key::Rated => "1 N m".into(),
-            // Not identifiable from any recording: with 1, forces come out in units of the command.
-            Key::Gain => {
-                let per = self.answer_to(Key::CommandUnit).filter(|_| self.measured(Key::CommandUnit) != Some(Share));
-                let force = if self.axis() == Axis::Linear { "N" } else { "N m" };
-                format!("1 {force}/{}", per.unwrap_or("A"))
-            }
+            Key::Controller => Some("unknown".into()),
+            Key::Period
+            | Key::CountsPerRev
+            | Key::Rated
+            | Key::Gain
+            | Key::Lead
+            | Key::PositionGain
+            | Key::VelocityGain
+            | Key::Limit => None,
+        }
+    }
+
+    /// An answer as it is written.
+    fn example(&self, key: Key) -> String {
+        let per = self.answer_to(Key::CommandUnit).filter(|_| self.measured(Key::CommandUnit) != Some(Share));
+        match key {
+            Key::Period => "1 ms".into(),
+            Key::Rated => "2.4 N m".into(),
             Key::Lead => "10 mm".into(),
-            Key::Controller => "unknown".into(),
-            Key::PositionGain | Key::VelocityGain | Key::Limit => "1".into(),
+            _ => format!("35 {}/{}", if self.axis() == Axis::Linear { "N" } else { "N m" }, per.unwrap_or("A")),
         }
     }
 
     /// Takes an answer; an empty answer takes the guess.
     ///
     /// # Errors
-    /// [`Error::Answer`] for an invalid answer: unknown column, wrong unit, a number that is not positive. The question
-    /// stays.
+    /// [`Error::Answer`] for an empty answer where there is no guess, and for an invalid one: unknown column, wrong unit,
+    /// a number that is not positive. The question stays.
     pub fn answer(&mut self, question: &Question, text: &str) -> Result<(), Error> {
-        let answer = if text.trim().is_empty() { question.guess.clone() } else { text.trim().to_owned() };
+        let given = Some(text.trim()).filter(|text| !text.is_empty());
+        let Some(answer) = given.map(str::to_owned).or_else(|| question.guess.clone()) else {
+            let remedy = format!(
+                "The recording does not determine it, and a wrong value gives wrong results: there is no default. State it, \
+                 also as --answer {}=….",
+                question.name
+            );
+            return Err(Error::Answer { question: question.text.clone(), answer: String::new(), remedy });
+        };
         let refuse =
             |remedy: String| Err(Error::Answer { question: question.text.clone(), answer: answer.clone(), remedy });
         let unit = |fits: &[Dimension]| measure(&answer).is_some_and(|(dimension, _)| fits.contains(&dimension));
@@ -236,7 +281,7 @@ impl<'a> Draft<'a> {
             Key::Controller if !["p-p", "unknown"].contains(&answer.as_str()) => {
                 return refuse("Answer p-p or unknown.".into());
             }
-            Key::TimeUnit if !unit(&[Time]) => return refuse("Answer s, ms or us.".into()),
+            Key::TimeUnit if !unit(&[Time]) => return refuse("Answer s, ms, us, ns, 100 ns or d.".into()),
             Key::PositionUnit if !unit(&[Length, Angle, Counts]) => {
                 return refuse("Answer m, mm, um, rad, deg, rev or counts.".into());
             }
@@ -247,9 +292,12 @@ impl<'a> Draft<'a> {
                 return refuse("Enter a positive number.".into());
             }
             Key::Period | Key::Rated | Key::Gain | Key::Lead if quantity(&answer).is_err() => {
-                return refuse(format!("Enter a number and its unit, as in \"{}\".", question.guess));
+                return refuse(format!("Enter a number and its unit, as in \"{}\".", self.example(key)));
             }
             _ => {}
+        }
+        if given.is_none() {
+            self.guessed.push(question.name);
         }
         self.answers.push((key, answer));
         Ok(())
@@ -270,14 +318,22 @@ impl<'a> Draft<'a> {
     /// Sampling period [s], and whether samples must be interpolated.
     fn period(&self) -> Result<(f64, bool), Error> {
         let Some(time) = self.column(Key::Time) else {
-            let (value, unit) = quantity(self.answer_to(Key::Period).unwrap_or("1 ms")).unwrap_or((1.0, "ms".into()));
-            return Ok((value * measure(&unit).map_or(1e-3, |(_, factor)| factor), false));
+            let (value, unit) = quantity(self.answer_to(Key::Period).unwrap_or_default()).unwrap_or_default();
+            return Ok((value * measure(&unit).map_or(f64::NAN, |(_, factor)| factor), false));
         };
-        let factor = self.answer_to(Key::TimeUnit).and_then(measure).map_or(1.0, |(_, factor)| factor);
-        let time: Vec<f64> = time.values.iter().map(|v| v * factor).collect();
-        match self.recording.spacing(&time) {
+        let seconds = self.answer_to(Key::TimeUnit).and_then(measure).map_or(1.0, |(_, factor)| factor);
+        let clock =
+            clock::understand(&time.values, seconds).map_err(|fault| self.recording.refuse(&time.name, &fault))?;
+        let (stamps, rows) = (&clock.time[clock.rows.clone()], self.recording.rows_of(clock.rows.clone()));
+        match rows.spacing(stamps) {
             Ok(spacing) => Ok((spacing.period, false)),
-            Err(uneven) => self.recording.order(&time).map(|spacing| (spacing.period, true)).map_err(|_| uneven),
+            // Lost rows are interpolated without a request: the usual step is the period.
+            Err(_) if clock.lost => {
+                let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
+                let middle = steps.len() / 2;
+                Ok((*steps.select_nth_unstable_by(middle, f64::total_cmp).1, false))
+            }
+            Err(uneven) => rows.order(stamps).map(|spacing| (spacing.period, true)).map_err(|_| uneven),
         }
     }
 
@@ -287,6 +343,9 @@ impl<'a> Draft<'a> {
         let mut line = |line: String| writeln!(text, "{line}").expect("a string takes all");
         let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
         line(format!("# The machine of the recording {file}, for `stickslip identify`."));
+        if !self.guessed.is_empty() {
+            line(format!("# Guessed from the recording, not stated by anyone: {}.", self.guessed.join(", ")));
+        }
         line(format!("name = {}", string(answer_to(Key::Name))));
         line(format!("axis = \"{}\" # linear: kg, N; rotary: kg m², N m", answer_to(Key::Axis)));
         // Six digits: no clock is more accurate.
@@ -330,10 +389,7 @@ impl<'a> Draft<'a> {
             line(format!("rated = {} # a command of 100 %", inline(rated)));
         }
         match self.answer_to(Key::Gain) {
-            Some(gain) => {
-                let doubt = if gain == self.guess(Key::Gain) { " # CHECK: forces are in proportion to it" } else { "" };
-                line(format!("gain = {}{doubt}", inline(gain)));
-            }
+            Some(gain) => line(format!("gain = {}", inline(gain))),
             None => line("# gain = { value = -1.0, unit = \"1\" } # for a command of opposite sign".into()),
         }
 

@@ -5,13 +5,27 @@ fn emps() -> Recording {
     Recording::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/emps/emps.csv.gz")).unwrap()
 }
 
-/// All guesses except these answers.
+/// Answers that no recording determines, for questions without a guess.
+const STATED: [(&str, &str); 10] = [
+    ("time-unit", "ms"),
+    ("period", "1 ms"),
+    ("position-unit", "mm"),
+    ("axis", "rotary"),
+    ("counts-per-rev", "4096"),
+    ("command-unit", "V"),
+    ("rated", "1 N m"),
+    ("gain", "1 N/V"),
+    ("lead", "10 mm"),
+    ("position-gain", "1"),
+];
+
+/// All guesses except these answers, by name; questions without a guess get those of `STATED`.
 fn settle<'a>(recording: &'a Recording, answers: &[(&str, &str)]) -> Result<Draft<'a>, Error> {
     let mut draft = Draft::new(recording);
     while let Some(question) = draft.next() {
-        let answer =
-            answers.iter().find(|(about, _)| question.text.starts_with(about)).map_or("", |(_, answer)| answer);
-        draft.answer(&question, answer)?;
+        let stated = || STATED.iter().filter(|_| question.guess.is_none()).find(|(name, _)| *name == question.name);
+        let answer = answers.iter().find(|(name, _)| *name == question.name).or_else(stated);
+        draft.answer(&question, answer.map_or("", |(_, answer)| answer))?;
     }
     Ok(draft)
 }
@@ -23,7 +37,16 @@ fn machine(recording: &Recording, answers: &[(&str, &str)]) -> Machine {
 #[test]
 fn the_columns_of_the_committed_recording_are_guessed() {
     let recording = emps();
-    let guessed = machine(&recording, &[("Position gain", "160.18"), ("Controller", "p-p")]);
+    let guessed = machine(
+        &recording,
+        &[
+            ("position-unit", "m"),
+            ("position-gain", "160.18"),
+            ("velocity-gain", "243.45"),
+            ("limit", "10"),
+            ("controller", "p-p"),
+        ],
+    );
     let columns = &guessed.columns;
     assert_eq!(columns.time.as_ref().unwrap().name, "t");
     assert_eq!((columns.position.name.as_str(), columns.position.unit.as_deref()), ("qm", Some("m")));
@@ -36,11 +59,40 @@ fn the_columns_of_the_committed_recording_are_guessed() {
 }
 
 #[test]
-fn a_guessed_gain_is_marked_and_an_entered_one_is_not() {
+fn what_the_recording_does_not_determine_has_no_default() {
     let recording = emps();
-    let text = |answers: &[(&str, &str)]| settle(&recording, answers).unwrap().toml(Path::new("m.toml")).unwrap().0;
-    assert!(text(&[]).contains("unit = \"N/V\" } # CHECK"));
-    assert!(!text(&[("Force or torque", "35.15 N/V")]).contains("CHECK"));
+    for name in ["position-unit", "command-unit", "gain"] {
+        let mut draft = Draft::new(&recording);
+        let refused = loop {
+            let question = draft.next().unwrap();
+            if question.name == name {
+                assert_eq!(question.guess, None);
+                break draft.answer(&question, "").unwrap_err();
+            }
+            let stated = STATED.iter().find(|(stated, _)| question.guess.is_none() && *stated == question.name);
+            draft.answer(&question, stated.map_or("", |(_, answer)| answer)).unwrap();
+        };
+        assert!(refused.to_string().contains(&format!("--answer {name}=")), "{refused}");
+    }
+    let text = settle(&recording, &[("position-unit", "m")]).unwrap().toml(Path::new("m.toml")).unwrap().0;
+    assert!(
+        text.contains("# Guessed from the recording, not stated by anyone: name, time, time-unit, position, axis,"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_row_number_is_no_time_and_the_period_is_asked() {
+    let wave = |scale: f64| (0..900).map(|i| scale * libm::sin(f64::from(i) * 0.02)).collect();
+    let row = Column::new("row", (0..900).map(f64::from).collect());
+    let recording = Recording::from_columns(
+        "axis.csv",
+        vec![row, Column::new("pos_mm", wave(9.0)), Column::new("cmd_V", wave(3.0))],
+    );
+    let machine = machine(&recording, &[("period", "0.25 ms")]);
+    assert!(machine.columns.time.is_none() && (machine.sampling_period - 0.25e-3).abs() < 1e-12);
+    let draft = settle(&recording, &[("time", "row"), ("time-unit", "ms")]).unwrap();
+    assert!(draft.guessed().contains(&"position") && !draft.guessed().contains(&"time"));
 }
 
 #[test]
@@ -49,10 +101,7 @@ fn the_log_of_a_servo_is_rotary_in_shares_and_needs_resampling() {
     let all = Recording::read(&path).unwrap();
     let first = all.column("log").unwrap().values.iter().take_while(|log| **log == 0.0).count();
     let log = all.rows_of(0..first);
-    let guessed = machine(
-        &log,
-        &[("Unit of position", "rad"), ("Unit of the command", "‰"), ("Quantity at a command", "0.5 N m")],
-    );
+    let guessed = machine(&log, &[("position-unit", "rad"), ("command-unit", "‰"), ("rated", "0.5 N m")]);
     let columns = &guessed.columns;
     assert_eq!(columns.reference.as_ref().unwrap().name, "goal");
     assert_eq!((columns.position.name.as_str(), columns.command.name.as_str()), ("position", "load"));
@@ -74,19 +123,16 @@ fn names_with_units_behind_them_and_words_of_other_languages_are_understood() {
     for (columns, expected) in [
         (
             vec![time("Zeit", 2.0), column("Soll_deg", 90.0), column("Ist_deg", 91.0), column("Strom", 2.0)],
-            ["Zeit", "ms", "Ist_deg", "deg", "Strom", "A"],
+            ["Zeit", "ms", "Ist_deg", "deg", "Strom", "V"],
         ),
         (
             vec![column("iq_actual", 3.0), column("encoder", 3.0), time("time_us", 500.0)],
-            ["time_us", "us", "encoder", "mm", "iq_actual", "A"],
+            ["time_us", "us", "encoder", "mm", "iq_actual", "V"],
         ),
-        (
-            vec![time("t", 1e-3), column("torque", 3.0), column("angle", 3.0)],
-            ["t", "s", "angle", "rad", "torque", "N m"],
-        ),
+        (vec![time("t", 1e-3), column("torque", 3.0), column("angle", 3.0)], ["t", "s", "angle", "mm", "torque", "V"]),
     ] {
         let recording = Recording::from_columns("axis.csv", columns);
-        let draft = settle(&recording, &[("Does it move", "rotary"), ("Unit of position", "")]);
+        let draft = settle(&recording, &[("axis", "rotary")]);
         let draft = draft.unwrap();
         let keys = [Key::Time, Key::TimeUnit, Key::Position, Key::PositionUnit, Key::Command, Key::CommandUnit];
         assert_eq!(keys.map(|key| draft.answer_to(key).unwrap()), expected);
@@ -97,12 +143,12 @@ fn names_with_units_behind_them_and_words_of_other_languages_are_understood() {
 fn an_invalid_answer_is_refused_and_the_question_stays() {
     let recording = emps();
     for (about, answer, remedy) in [
-        ("Column of time", "tt", "Did you mean `t`?"),
-        ("Unit of position", "V", "m, mm"),
-        ("Does it move", "sideways", "linear or rotary"),
-        ("Force or torque", "35", "\"1 N/V\""),
-        ("Force or torque", "35 furlongs", "a number and its unit"),
-        ("Controller", "pid", "p-p or unknown"),
+        ("time", "tt", "Did you mean `t`?"),
+        ("position-unit", "V", "m, mm"),
+        ("axis", "sideways", "linear or rotary"),
+        ("gain", "35", "\"35 N/V\""),
+        ("gain", "35 furlongs", "a number and its unit"),
+        ("controller", "pid", "p-p or unknown"),
     ] {
         let error = settle(&recording, &[(about, answer)]).unwrap_err().to_string();
         assert!(error.contains(&format!("\"{answer}\" is not valid")) && error.contains(remedy), "{error}");
@@ -121,13 +167,13 @@ fn the_screw_lead_is_requested_where_an_angle_must_become_a_distance() {
     let guessed = machine(
         &recording,
         &[
-            ("Name", "axis \"7\" = #1"),
-            ("Unit of position", "counts"),
-            ("Does it move", "linear"),
-            ("Travel", "2,5 mm"),
-            ("Unit of the command", "%"),
-            ("Quantity at a command", "2.4 A"),
-            ("Force or torque", "0.05 N m/A"),
+            ("name", "axis \"7\" = #1"),
+            ("position-unit", "counts"),
+            ("axis", "linear"),
+            ("lead", "2,5 mm"),
+            ("command-unit", "%"),
+            ("rated", "2.4 A"),
+            ("gain", "0.05 N m/A"),
         ],
     );
     assert_eq!((guessed.name.as_str(), guessed.screw_lead), ("axis \"7\" = #1", Some(2.5e-3)));

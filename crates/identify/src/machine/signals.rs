@@ -2,16 +2,17 @@
 
 use crate::IdentifyError;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
-use super::{Channel, Controller, Machine, Place};
+use super::{Channel, Controller, Machine, Place, understood};
 use stickslip_base::Error;
 use stickslip_base::quantity::{Estimate, number};
-use stickslip_base::units::Dimension::{Angle, AngularVelocity, Counts, Length, Time, Velocity};
+use stickslip_base::units::Dimension::{Angle, AngularVelocity, Counts, Length, Velocity};
 use stickslip_base::units::{Dimension, measure, si_factor, unfit};
-use stickslip_recording::{Recording, resample};
+use stickslip_recording::Recording;
 
 /// Signals of a recording, in SI units.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signals {
     /// Sampling period [s].
     pub period: f64,
@@ -25,8 +26,29 @@ pub struct Signals {
     pub command: Vec<f64>,
     /// Known signal added to it.
     pub injected: Option<Vec<f64>>,
-    /// Notes on changes and peculiarities of the recording; whole sentences.
+    /// Limits of what the recording determines; whole sentences.
     pub notes: Vec<String>,
+    /// What was done to the recording; whole sentences with lines of the file.
+    pub findings: Vec<String>,
+    /// The command as recorded, where it was held over several rows and `command` is interpolated.
+    pub held: Option<Vec<f64>>,
+    /// The whole recording, for a figure.
+    pub recorded: Recorded,
+}
+
+/// A recording as understood: corrected, and before the rows were left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recorded {
+    /// Time of each row [s].
+    pub time: Vec<f64>,
+    /// Position [m or rad].
+    pub position: Vec<f64>,
+    /// Command, in its SI unit.
+    pub command: Vec<f64>,
+    /// Rows that were left out.
+    pub left_out: Vec<Range<usize>>,
+    /// Rows that were corrected.
+    pub corrected: Vec<Range<usize>>,
 }
 
 /// Share of a command at its extremes above which a limit is suspected, and above which the recording is refused.
@@ -45,67 +67,24 @@ impl Signals {
 }
 
 impl Machine {
-    /// The signals of a recording, in SI units, on the grid of the sampling period.
+    /// The signals of a recording, in SI units, on the grid of the sampling period: understood, as far as that is
+    /// certain, with what was done in [`Signals::findings`].
     ///
     /// # Errors
-    /// A missing column, a bad cell, a unit that does not match, uneven time, another period than the machine's, a
-    /// signal that never changes, positions in counts with a unit of length, or a command at its limit.
+    /// A missing column, a bad cell, a unit that does not match, implausible stamps or positions, another period than
+    /// the machine's, a signal that never changes, positions in counts with a unit of length, or a command at its limit.
     pub fn signals(&self, recording: &Recording) -> Result<Signals, Error> {
-        let columns = &self.columns;
-        let mut notes = Vec::new();
-        let time = columns.time.as_ref().map(|c| values(c, recording, Time)).transpose()?;
-        let uneven = time.as_ref().map(|time| self.grid(time, recording, &mut notes)).transpose()?.unwrap_or(false);
-        let even = |values: Vec<f64>| match &time {
-            Some(time) if uneven => resample(time, &values, self.sampling_period),
-            _ => values,
-        };
-        let position = |channel: &Channel| Ok::<_, Error>(even(self.position(channel, recording)?));
-        let command = |channel: &Channel| Ok::<_, Error>(even(values(channel, recording, self.drive.command)?));
-        let optional = |channel: &Option<Channel>| channel.as_ref().map(position).transpose();
-        self.check_counts(recording)?;
-        let signals = Signals {
-            period: self.sampling_period,
-            position: position(&columns.position)?,
-            velocity: columns.velocity.as_ref().map(|c| self.velocity(c, recording).map(even)).transpose()?,
-            reference: optional(&columns.reference)?,
-            command: command(&columns.command)?,
-            injected: columns.injected.as_ref().map(command).transpose()?,
-            notes: Vec::new(),
-        };
-        if let Some(motor) = optional(&columns.motor_position)? {
-            notes.push(self.twist(&motor, &signals.position));
-        }
-        for (channel, values) in [(&columns.position, &signals.position), (&columns.command, &signals.command)] {
-            if values.iter().all(|v| *v == values[0]) {
-                let remedy = "Check the column: the axis must be driven and move.";
-                return Err(recording.doubtful(&channel.name, "never changes", remedy));
-            }
-        }
-        notes.extend(self.saturation(&signals.command, recording)?);
-        Ok(Signals { notes, ..signals })
+        understood::Reading::of(self, recording)?.signals()
     }
 
-    /// Whether samples must be interpolated.
-    fn grid(&self, time: &[f64], recording: &Recording, notes: &mut Vec<String>) -> Result<bool, Error> {
-        let spacing = if self.resample { recording.order(time)? } else { recording.spacing(time)? };
-        // Clocks differ by at most 100 ppm; 0.1 % is another sampling rate. A grid for interpolation may be rounded.
-        let (found, expected) = (spacing.period, self.sampling_period);
-        if (found / expected - 1.0).abs() > if self.resample { 0.2 } else { 1e-3 } {
-            return Err(IdentifyError::OtherPeriod { path: recording.path().to_owned(), found, expected }.into());
-        }
-        if self.resample {
-            notes.push(format!(
-                "Motion above about {}: time steps varied, up to {} of the usual one, and the samples were \
-                 interpolated on an even grid. Record with a fixed period.",
-                Estimate::new((0.125 / self.sampling_period).round(), "Hz"),
-                number(spacing.largest, 1),
-            ));
-        }
-        Ok(self.resample)
-    }
-
-    /// A position of the load, measured at either side of the gear.
+    /// A position of the load, measured at either side of the gear, as it was recorded.
     pub(super) fn position(&self, channel: &Channel, recording: &Recording) -> Result<Vec<f64>, Error> {
+        let factor = self.position_factor(channel, recording)?;
+        Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
+    }
+
+    /// Position of the load per unit of a column [m or rad].
+    pub(super) fn position_factor(&self, channel: &Channel, recording: &Recording) -> Result<f64, Error> {
         let place = place(channel, recording);
         let unit = unit(channel, recording)?;
         let fits: &[Dimension] = match (self.axis.position(), self.screw_lead) {
@@ -115,7 +94,7 @@ impl Machine {
         };
         let (dimension, factor) =
             measure(&unit).filter(|(d, _)| fits.contains(d)).ok_or_else(|| unfit(&unit, fits, &place))?;
-        let factor = match (dimension, channel.counts_per_rev, self.encoder_grid) {
+        Ok(match (dimension, channel.counts_per_rev, self.encoder_grid) {
             (Counts, Some(counts), _) => self.turning(TAU / counts, channel.at),
             (Counts, None, Some(grid)) => grid,
             (Counts, None, None) => {
@@ -125,11 +104,20 @@ impl Machine {
             }
             (Angle, ..) => self.turning(factor, channel.at),
             _ => factor,
-        };
-        Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
+        })
     }
 
-    fn velocity(&self, channel: &Channel, recording: &Recording) -> Result<Vec<f64>, Error> {
+    /// A turn in the unit of a column, where that is an angle or in counts of a known number.
+    pub(super) fn turn(channel: &Channel, recording: &Recording) -> Result<Option<f64>, Error> {
+        Ok(match measure(&unit(channel, recording)?) {
+            Some((Angle, factor)) => Some(TAU / factor),
+            Some((Counts, _)) => channel.counts_per_rev,
+            _ => None,
+        })
+    }
+
+    /// Velocity of the load per unit of a column [m/s or rad/s].
+    pub(super) fn velocity_factor(&self, channel: &Channel, recording: &Recording) -> Result<f64, Error> {
         let unit = unit(channel, recording)?;
         let fits: &[Dimension] = match (self.axis.position(), self.screw_lead) {
             (Length, Some(_)) => &[Velocity, AngularVelocity],
@@ -138,8 +126,7 @@ impl Machine {
         };
         let dimension_and_factor = measure(&unit).filter(|(d, _)| fits.contains(d));
         let (dimension, factor) = dimension_and_factor.ok_or_else(|| unfit(&unit, fits, &place(channel, recording)))?;
-        let factor = if dimension == AngularVelocity { self.turning(factor, channel.at) } else { factor };
-        Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
+        Ok(if dimension == AngularVelocity { self.turning(factor, channel.at) } else { factor })
     }
 
     /// From an angle of motor or screw to the position of the axis.
@@ -152,7 +139,7 @@ impl Machine {
     }
 
     /// Whole numbers with a unit of length are unconverted counts.
-    fn check_counts(&self, recording: &Recording) -> Result<(), Error> {
+    pub(super) fn check_counts(&self, recording: &Recording) -> Result<(), Error> {
         let channel = &self.columns.position;
         let column = recording.column(&channel.name)?;
         let unit = unit(channel, recording)?;
@@ -172,7 +159,7 @@ impl Machine {
     }
 
     /// A note on a command at its extremes.
-    fn saturation(&self, command: &[f64], recording: &Recording) -> Result<Option<String>, Error> {
+    pub(super) fn saturation(&self, command: &[f64], recording: &Recording) -> Result<Option<String>, Error> {
         let [low, high] = [f64::min, f64::max].map(|f: fn(f64, f64) -> f64| command.iter().copied().reduce(f));
         let extreme = |v: f64| v != 0.0 && (Some(v) == low || Some(v) == high);
         let flats = command.chunk_by(|a, b| a == b).filter(|run| run.len() >= FLAT && extreme(run[0]));
@@ -199,7 +186,7 @@ impl Machine {
     }
 
     /// Difference of two encoders at both ends of the transmission.
-    fn twist(&self, motor: &[f64], load: &[f64]) -> String {
+    pub(super) fn twist(&self, motor: &[f64], load: &[f64]) -> String {
         let mut differences: Vec<f64> = motor.iter().zip(load).map(|(m, l)| m - l).collect();
         differences.sort_by(f64::total_cmp);
         let at = |share: f64| differences[((differences.len() - 1) as f64 * share) as usize];
@@ -235,8 +222,12 @@ fn unit(channel: &Channel, recording: &Recording) -> Result<String, Error> {
     }
 }
 
+/// SI value per unit of a column.
+pub(super) fn factor(channel: &Channel, recording: &Recording, dimension: Dimension) -> Result<f64, Error> {
+    si_factor(&unit(channel, recording)?, dimension, &place(channel, recording))
+}
+
 pub(super) fn values(channel: &Channel, recording: &Recording, dimension: Dimension) -> Result<Vec<f64>, Error> {
-    let unit = unit(channel, recording)?;
-    let factor = si_factor(&unit, dimension, &place(channel, recording))?;
+    let factor = factor(channel, recording, dimension)?;
     Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
 }

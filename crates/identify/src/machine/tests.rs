@@ -46,7 +46,9 @@ fn a_torque_gain_at_the_screw_becomes_a_force_gain_by_the_lead() {
 
 #[test]
 fn a_rotary_axis_is_measured_in_degrees_and_newton_metres() {
+    let lead = EMPS.lines().find(|line| line.starts_with("screw_lead")).unwrap();
     let text = EMPS
+        .replace(lead, "")
         .replace("linear", "rotary")
         .replace(r#""N/V""#, r#""N m/V""#)
         .replace(r#""qm", unit = "m""#, r#""qm", unit = "deg""#)
@@ -181,11 +183,12 @@ fn every_chain_from_the_command_to_the_axis_is_one_product() {
 #[test]
 fn a_position_is_that_of_the_load_at_either_side_of_the_gear() {
     let recording = table(&[("x", &|i| 1000.0 * sine(i)), ("u", &sine)]);
-    let lead = "axis = \"linear\"\nscrew_lead = { value = 5, unit = \"mm\" }\ngear_ratio = 4";
+    let lead = "axis = \"linear\"\nscrew_lead = { value = 5, unit = \"mm\" }";
+    let geared = &format!("{lead}\ngear_ratio = 4");
     for (head, position, factor) in [
         ("axis = \"linear\"", "unit = \"um\"", 1e-6),
         (lead, "unit = \"rev\"", 5e-3),
-        (lead, "unit = \"rev\", at = \"motor\"", 5e-3 / 4.0),
+        (geared, "unit = \"rev\", at = \"motor\"", 5e-3 / 4.0),
         (lead, "unit = \"counts\", counts_per_rev = 4096", 5e-3 / 4096.0),
         (
             "axis = \"rotary\"\ngear_ratio = 4",
@@ -274,4 +277,105 @@ fn two_encoders_show_twist_and_backlash() {
     let noted = signals("axis = \"linear\"", &columns, GAIN, &recording).unwrap();
     assert!(noted.notes[0].contains("a span of 0.2000 mm"), "{:?}", noted.notes);
     assert_eq!(noted.position[7], sine(7) * 1e-3);
+}
+
+#[test]
+fn a_key_without_effect_is_refused() {
+    let plain = |head: &str, columns: &str| {
+        let text = format!(
+            "name = \"axis\"\naxis = \"linear\"\nsampling_period = {{ value = 1, unit = \"ms\" }}\n{head}\n[columns]\n{columns}\n\
+             [drive]\n{GAIN}"
+        );
+        parse(&text).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(plain("", PLAIN), Ok(()));
+    let more = |line: &str| format!("{PLAIN}\n{line}");
+    for (head, columns, key) in [
+        ("gear_ratio = 3", PLAIN.into(), "gear_ratio"),
+        ("lifted_mass = { value = 3, unit = \"kg\" }", PLAIN.into(), "lifted_mass"),
+        ("", more("time = { name = \"t\", unit = \"s\", wraps = 65536 }"), "columns.time.wraps"),
+        ("", more("run = { name = \"n\" }"), "columns.run"),
+        ("", more("enabled = { name = \"on\", counts_per_rev = 3 }"), "columns.enabled"),
+        ("", PLAIN.replace("\"mm\"", "\"mm\", counts_per_rev = 7"), "columns.position.counts_per_rev"),
+        ("", PLAIN.replace("\"mm\"", "\"mm\", at = \"motor\""), "columns.position.at"),
+        ("", more("reference = { name = \"r\", unit = \"mm\", wraps = 360 }"), "columns.reference.wraps"),
+        ("", more("[controller]\nkind = \"p-p\"\nposition_gain = 1\nvelocity_gain = 1\nlimit = 1"), "[controller]"),
+    ] {
+        let error = plain(head, &columns).unwrap_err();
+        assert!(error.contains(&format!("{key} has no effect")), "{key}: {error}");
+    }
+    let rotary = "name = \"a\"\naxis = \"rotary\"\nsampling_period = { value = 1, unit = \"ms\" }\nscrew_lead = { value = 5, unit = \"mm\" }\n\
+                  [columns]\nposition = { name = \"x\", unit = \"rad\" }\ncommand = { name = \"u\", unit = \"N m\" }\n";
+    assert!(parse(rotary).unwrap_err().to_string().contains("screw_lead has no effect"));
+}
+
+/// Long enough for the checks: strokes and a command that moves them.
+fn long(position: &dyn Fn(usize) -> f64, command: &dyn Fn(usize) -> f64) -> Recording {
+    let column = |name: &str, f: &dyn Fn(usize) -> f64| Column::new(name, (0..4000).map(f).collect());
+    let on = |i: usize| f64::from(u8::from((500..3700).contains(&i)));
+    let stamp = |i: usize| i as f64 * 1e-3;
+    Recording::from_columns(
+        "axis.csv",
+        vec![column("t", &stamp), column("x", position), column("u", command), column("on", &on)],
+    )
+}
+
+fn stroke(i: usize) -> f64 {
+    100.0 * (1.0 - libm::cos(i as f64 * 0.005))
+}
+
+fn push(i: usize) -> f64 {
+    let velocity = libm::sin(i as f64 * 0.005);
+    0.3 * libm::cos(i as f64 * 0.005) + 0.5 * velocity.signum() + 0.4 * velocity
+}
+
+#[test]
+fn corrections_are_listed_with_column_and_lines_and_the_rest_is_left_out() {
+    let linear = "axis = \"linear\"";
+    let plain = long(&stroke, &push);
+    let expected = signals(linear, PLAIN, GAIN, &plain).unwrap();
+    assert!(expected.findings.is_empty(), "{:?}", expected.findings);
+    let near = |found: &[f64], true_values: &[f64]| {
+        found.len() == true_values.len() && found.iter().zip(true_values).all(|(a, b)| (a - b).abs() < 1e-5)
+    };
+    let broken = signals(linear, PLAIN, GAIN, &long(&|i| if i % 900 == 700 { 0.0 } else { stroke(i) }, &push)).unwrap();
+    assert!(near(&broken.position, &expected.position));
+    assert!(
+        broken.findings[0].starts_with("Column `x`, lines 702, 1602, 2502, 3402: 4 positions"),
+        "{:?}",
+        broken.findings
+    );
+    assert_eq!(broken.recorded.corrected[0], 700..701);
+
+    let wrapped = PLAIN.replace("\"mm\"", "\"mm\", wraps = 50");
+    let wrapped = signals(linear, &wrapped, GAIN, &long(&|i| stroke(i).rem_euclid(50.0), &push)).unwrap();
+    assert!(near(&wrapped.position, &expected.position) && wrapped.findings[0].contains("modulo 50"));
+
+    let enabled = format!("{PLAIN}\nenabled = {{ name = \"on\" }}");
+    let enabled = signals(linear, &enabled, GAIN, &plain).unwrap();
+    assert!(near(&enabled.position, &expected.position[500..3700]));
+    assert_eq!(enabled.recorded.left_out, [0..500, 3700..4000]);
+    assert!(
+        enabled.findings[0].starts_with("Column `on`, lines 2–501, 3702–4001: The drive"),
+        "{:?}",
+        enabled.findings
+    );
+
+    let held = signals(linear, PLAIN, GAIN, &long(&stroke, &|i| push(i / 8 * 8))).unwrap();
+    assert!(held.findings[0].contains("every 8.0 rows") && held.held.is_some(), "{:?}", held.findings);
+    let off = signals(linear, PLAIN, GAIN, &long(&stroke, &|i| if i < 3000 { push(i) } else { 0.0 })).unwrap();
+    assert!(near(&off.position, &expected.position[..3000]) && off.findings[0].contains("the drive is off"));
+}
+
+#[test]
+fn a_jump_and_time_that_steps_back_are_refused_with_their_line() {
+    let jump = long(&|i| stroke(i) + if i < 2000 { 0.0 } else { 77.0 }, &push);
+    let error = signals("axis = \"linear\"", PLAIN, GAIN, &jump).unwrap_err().to_string();
+    assert!(error.contains("line 2002: column `x`: jumps by"), "{error}");
+    let mut columns = long(&stroke, &push).columns().to_vec();
+    columns[0].values[1000..].iter_mut().for_each(|t| *t -= 0.3);
+    let time = format!("time = {{ name = \"t\", unit = \"s\" }}\n{PLAIN}");
+    let back = signals("axis = \"linear\"", &time, GAIN, &Recording::from_columns("axis.csv", columns));
+    let error = back.unwrap_err().to_string();
+    assert!(error.contains("line 1002") && error.contains("steps back") && !error.contains("Sort"), "{error}");
 }

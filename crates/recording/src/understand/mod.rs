@@ -7,6 +7,7 @@
 pub mod clock;
 pub mod drive;
 pub mod hold;
+pub mod order;
 pub mod position;
 pub mod register;
 pub mod stamp_unit;

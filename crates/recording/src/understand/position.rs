@@ -34,20 +34,32 @@ const REGISTERS: [f64; 11] = [
     18_446_744_073_709_551_616.0,
 ];
 
+/// Positions without dropouts and wraps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Continued {
+    /// One for each row.
+    pub values: Vec<f64>,
+    /// The modulus over which they were continued.
+    pub modulus: Option<f64>,
+    /// What was found.
+    pub findings: Vec<Finding>,
+}
+
 impl Position<'_> {
     /// The positions without dropouts and wraps.
     ///
     /// # Errors
     /// Too many dropouts, or a jump of unknown cause.
-    pub fn understand(&self) -> Result<(Vec<f64>, Vec<Finding>), Refusal> {
+    pub fn understand(&self) -> Result<Continued, Refusal> {
         let mut values = self.values.to_vec();
         let mut findings = Vec::new();
         if values.len() < 8 {
-            return Ok((values, findings));
+            return Ok(Continued { values, modulus: None, findings });
         }
         findings.extend(dropouts(&mut values)?);
+        findings.extend(grid(&values));
         let jumps = jumps(&values);
-        let Some(first) = jumps.first().copied() else { return Ok((values, findings)) };
+        let Some(first) = jumps.first().copied() else { return Ok(Continued { values, modulus: None, findings }) };
         let Some(modulus) = self.modulus(&values, &jumps) else {
             let usual = quantile(steps(&values), 0.99);
             return Err(Refusal {
@@ -66,7 +78,7 @@ impl Position<'_> {
         unwrap(&mut values, &jumps, modulus);
         let text = format!("The position counts modulo {modulus}: it was continued over the wraps.");
         findings.push(Finding { text, rows: jumps.iter().map(|row| *row..row + 1).collect() });
-        Ok((values, findings))
+        Ok(Continued { values, modulus: Some(modulus), findings })
     }
 
     /// The modulus that explains all jumps.
@@ -87,11 +99,14 @@ impl Position<'_> {
     }
 }
 
-/// Continues a signal over its wraps, for a column that has the modulus of the position; steps may be intended.
-pub fn unwrap_like(values: &mut [f64], modulus: f64) {
+/// Continues a reference over its wraps, with the modulus of the position; its steps may be intended. It begins in the
+/// turn of the position.
+pub fn unwrap_like(values: &mut [f64], modulus: f64, start: f64) {
     let jumps: Vec<usize> =
         (1..values.len()).filter(|row| (values[*row] - values[row - 1]).abs() > 0.75 * modulus).collect();
     unwrap(values, &jumps, modulus);
+    let turns = ((values[0] - start) / modulus).round();
+    values.iter_mut().for_each(|value| *value -= turns * modulus);
 }
 
 fn unwrap(values: &mut [f64], jumps: &[usize], modulus: f64) {
@@ -105,6 +120,19 @@ fn unwrap(values: &mut [f64], jumps: &[usize], modulus: f64) {
         before = *value;
         *value += shift;
     }
+}
+
+/// A grid that is coarse beside the usual step: slow motion is not resolved.
+fn grid(values: &[f64]) -> Option<Finding> {
+    let steps = steps(values);
+    let moving: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
+    let [smallest, usual] = [0.0, 0.5].map(|share| quantile(moving.clone(), share));
+    let on_grid = |step: &f64| (step / smallest - (step / smallest).round()).abs() < 1e-3;
+    // A constant speed has equal steps, too, but does not pause.
+    let pauses = steps.windows(2).filter(|pair| (pair[0] == 0.0) != (pair[1] == 0.0)).count();
+    let coarse = pauses > 50 && smallest > 0.3 * usual && moving.iter().all(on_grid);
+    let text = format!("The position is quantised in steps of {}.", readable(smallest, 1e-6 * smallest));
+    coarse.then(|| Finding::everywhere(text))
 }
 
 /// Replaces up to three rows that are off the lines through the rows before and behind them.
@@ -193,7 +221,7 @@ mod tests {
         (0..4000).map(|i| scale * (1.0 - libm::cos(f64::from(i) * 0.005)) + scale * 1e-3 * f64::from(i)).collect()
     }
 
-    fn understood(values: &[f64], wraps: Option<f64>, turn: Option<f64>) -> Result<(Vec<f64>, Vec<Finding>), Refusal> {
+    fn understood(values: &[f64], wraps: Option<f64>, turn: Option<f64>) -> Result<Continued, Refusal> {
         Position { values, wraps, turn }.understand()
     }
 
@@ -209,9 +237,9 @@ mod tests {
             let true_values: Vec<f64> =
                 motion(modulus).iter().map(|v| v + 0.3 * modulus).map(|v| if whole { v.round() } else { v }).collect();
             let wrapped: Vec<f64> = true_values.iter().map(|v| v.rem_euclid(modulus)).collect();
-            let (values, findings) = understood(&wrapped, wraps, turn).unwrap();
+            let Continued { values, findings, modulus: found } = understood(&wrapped, wraps, turn).unwrap();
             let worst = values.iter().zip(&true_values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(worst < 1e-6 * modulus, "{modulus}: {worst}");
+            assert!(worst < 1e-6 * modulus && found.is_some(), "{modulus}: {worst}");
             assert!(findings[0].text.contains("modulo") && findings[0].rows.len() >= 4, "{findings:?}");
         }
     }
@@ -223,7 +251,7 @@ mod tests {
         for row in [500, 1001, 1002, 1003, 2600] {
             broken[row] = 0.0;
         }
-        let (values, findings) = understood(&broken, None, None).unwrap();
+        let Continued { values, findings, .. } = understood(&broken, None, None).unwrap();
         assert!(values.iter().zip(&true_values).all(|(a, b)| (a - b).abs() < 1e-5));
         assert_eq!(findings[0].rows, [500..501, 1001..1004, 2600..2601]);
         (0..100).for_each(|k| broken[40 * k + 20] = 0.0);
@@ -247,16 +275,16 @@ mod tests {
         let coarse: Vec<f64> = motion(0.1).iter().map(|v| (v * 1e3).round() / 1e3).collect();
         // At rest for most of the time, then a fast stroke.
         let stroke: Vec<f64> = (0..4000).map(|i| 1e-3 * f64::from((i - 3900).max(0))).collect();
-        for values in [impact, noisy, coarse, stroke] {
-            let (same, findings) = understood(&values, None, Some(360.0)).unwrap();
-            assert!(findings.is_empty() && same == values, "{findings:?}");
+        for (values, findings) in [(impact, 0), (noisy, 0), (coarse, 1), (stroke, 0)] {
+            let same = understood(&values, None, Some(360.0)).unwrap();
+            assert!(same.findings.len() == findings && same.values == values, "{:?}", same.findings);
         }
     }
 
     #[test]
     fn a_reference_is_continued_with_the_modulus_of_the_position_and_keeps_its_steps() {
         let mut reference = vec![350.0, 355.0, 0.0, 90.0, 180.0, 355.0];
-        unwrap_like(&mut reference, 360.0);
-        assert_eq!(reference, [350.0, 355.0, 360.0, 450.0, 540.0, 715.0]);
+        unwrap_like(&mut reference, 360.0, 1.0);
+        assert_eq!(reference, [-10.0, -5.0, 0.0, 90.0, 180.0, 355.0]);
     }
 }
