@@ -16,16 +16,14 @@ pub struct Position<'a> {
 /// Dropouts in a row that are interpolated.
 const DROPOUT: usize = 3;
 /// Share of dropouts beyond which the column is refused.
-const DROPOUTS: f64 = 0.01;
+const DROPOUTS: f64 = 0.005;
 /// A jump is longer than this number of usual long steps.
 const JUMP: f64 = 10.0;
 /// Moduli of registers and counters.
-const REGISTERS: [f64; 11] = [
+const REGISTERS: [f64; 9] = [
     256.0,
-    1000.0,
     1024.0,
     4096.0,
-    10_000.0,
     16_384.0,
     65_536.0,
     1_048_576.0,
