@@ -166,18 +166,8 @@ impl Validation {
         ]
     }
 
-    /// Writes figures, `report.html` and `summary.json` into a folder. `command` is the command line that makes them
-    /// again.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn write(
-        &self,
-        machine: &Machine,
-        recording: &Recording,
-        command: &str,
-        directory: &Path,
-    ) -> Result<Summary, Error> {
+    /// The report. `command` is the command line that makes it again.
+    pub fn report(&self, machine: &Machine, recording: &Recording, command: &str) -> Report {
         let summary = self.summary();
         let file = recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
         let provenance = Provenance::new(command, None, machine.text.clone());
@@ -199,10 +189,23 @@ impl Validation {
         for note in &self.signals.notes {
             report = report.paragraph(note.clone());
         }
+        self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption))
+    }
+
+    /// Writes figures, `report.html` and `summary.json` into a folder. `command` is the command line that makes them
+    /// again.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(
+        &self,
+        machine: &Machine,
+        recording: &Recording,
+        command: &str,
+        directory: &Path,
+    ) -> Result<Summary, Error> {
         let figures = self.figures();
-        for (_, figure, caption) in &figures {
-            report = report.figure(figure.clone(), caption.clone());
-        }
-        report.write_all(summary, figures.iter().map(|(name, figure, _)| (*name, figure)), directory)
+        let named = figures.iter().map(|(name, figure, _)| (*name, figure));
+        self.report(machine, recording, command).write_all(self.summary(), named, directory)
     }
 }
