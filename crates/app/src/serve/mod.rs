@@ -1,6 +1,7 @@
 //! The server of a running bench, and its client. A token protects the access.
 
 mod client;
+mod connections;
 mod door;
 mod http;
 mod page;

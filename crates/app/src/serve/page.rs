@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use axum::Extension;
 use axum::body::Body;
 use axum::extract::rejection::{PathRejection, QueryRejection};
 use axum::extract::{Path, Query, State};
@@ -14,6 +15,7 @@ use stickslip::Watch;
 use tokio::io::AsyncRead;
 use tokio_util::io::ReaderStream;
 
+use super::connections::Connection;
 use super::http::Shared;
 
 /// Lifetime of the cookie [s]: a year. The token of a project does not change.
@@ -71,6 +73,7 @@ pub(super) struct ExportQuery {
 /// Download of a file of a run, in pieces of limited size; its record also converted for other tools.
 pub(super) async fn run_file(
     State(shared): State<Arc<Shared>>,
+    Extension(connection): Extension<Arc<Connection>>,
     path: Result<Path<(i64, String)>, PathRejection>,
     query: Result<Query<ExportQuery>, QueryRejection>,
     headers: HeaderMap,
@@ -81,6 +84,8 @@ pub(super) async fn run_file(
         (_, Err(_), _) => text(StatusCode::NOT_FOUND, "invalid address of a file: use /run/NUMBER/NAME\n".into()),
         (_, _, Err(_)) => text(StatusCode::NOT_FOUND, "invalid query: name one file type, as in ?as=parquet\n".into()),
         (_, Ok(Path((number, file))), Ok(Query(query))) => {
+            // A download may take long.
+            connection.work();
             let name = format!("run-{number}-{}", file.rsplit('/').next().unwrap_or_default());
             match query.r#as {
                 None => match shared.live.run_file(number, &file) {
