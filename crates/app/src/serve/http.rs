@@ -28,6 +28,7 @@ use tokio::sync::{Semaphore, watch};
 
 use super::connections::{Connection, Connections};
 use super::door::Door;
+use super::known::Known;
 use super::{Place, PlaceFile, page, socket};
 
 /// Largest call [bytes].
@@ -78,7 +79,7 @@ pub(super) struct Shared {
 }
 
 impl Server {
-    /// Serves a bench at the first free one of these addresses; port 0 selects a free one. Address and token are written
+    /// Serves a bench at the first free one of these addresses, under its known names; port 0 selects a free one. Address and token are written
     /// into the project's folder.
     ///
     /// # Errors
@@ -86,6 +87,7 @@ impl Server {
     pub(crate) fn start(
         live: Live,
         listen: &[SocketAddr],
+        known: Known,
         project: &Path,
         timeouts: Timeouts,
     ) -> std::io::Result<Self> {
@@ -97,7 +99,7 @@ impl Server {
         let live = Arc::new(live);
         let shared = Arc::new(Shared {
             live: live.clone(),
-            door: Door::new(place.address, place.token.clone()),
+            door: Door::new(place.address, known, place.token.clone()),
             timeouts,
             sockets: Arc::new(Semaphore::new(SOCKETS)),
             exports: Semaphore::new(1),

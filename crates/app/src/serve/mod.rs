@@ -4,6 +4,7 @@ mod client;
 mod connections;
 mod door;
 mod http;
+mod known;
 mod page;
 mod socket;
 #[cfg(test)]
@@ -11,6 +12,7 @@ mod tests;
 
 pub(crate) use client::{Client, unexpected};
 pub(crate) use http::{Server, Timeouts};
+pub(crate) use known::{HostName, Known, Origin};
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};

@@ -53,7 +53,7 @@ pub(super) async fn report(
 ) -> Response {
     let text = |status: StatusCode, text: String| (status, text).into_response();
     let answer = match (shared.door.admit(&headers, None), run) {
-        (Err((status, reason)), _) => text(status, access_denied(reason)),
+        (Err((status, reason)), _) => text(status, access_denied(&reason)),
         (_, Err(_)) => text(StatusCode::NOT_FOUND, "invalid address of a report: use /report/NUMBER\n".into()),
         (_, Ok(Path(run))) => match shared.live.report_page(run) {
             Ok(page) => ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response(),
@@ -80,7 +80,7 @@ pub(super) async fn run_file(
 ) -> Response {
     let text = |status: StatusCode, text: String| (status, text).into_response();
     let answer = match (shared.door.admit(&headers, None), path, query) {
-        (Err((status, reason)), ..) => text(status, access_denied(reason)),
+        (Err((status, reason)), ..) => text(status, access_denied(&reason)),
         (_, Err(_), _) => text(StatusCode::NOT_FOUND, "invalid address of a file: use /run/NUMBER/NAME\n".into()),
         (_, _, Err(_)) => text(StatusCode::NOT_FOUND, "invalid query: name one file type, as in ?as=parquet\n".into()),
         (_, Ok(Path((number, file))), Ok(Query(query))) => {
@@ -151,7 +151,7 @@ pub(super) async fn implementation(
 ) -> Response {
     let text = |status: StatusCode, text: String| (status, text).into_response();
     let answer = match (shared.door.admit(&headers, None), file) {
-        (Err((status, reason)), _) => text(status, access_denied(reason)),
+        (Err((status, reason)), _) => text(status, access_denied(&reason)),
         (_, Err(_)) => text(StatusCode::NOT_FOUND, "invalid address of a file: use /implementation/NAME\n".into()),
         (_, Ok(Path(file))) => {
             let requested = file.clone();
@@ -211,11 +211,11 @@ fn answer(shared: &Shared, query: &TokenQuery, path: &str, headers: &HeaderMap) 
                 let place = [(header::SET_COOKIE, cookie), (header::LOCATION, path.to_owned())];
                 (StatusCode::SEE_OTHER, place, "").into_response()
             }
-            Err((status, reason)) => text(status, access_denied(reason)),
+            Err((status, reason)) => text(status, access_denied(&reason)),
         };
     }
     if let Err((status, reason)) = shared.door.admit(headers, None) {
-        return text(status, access_denied(reason));
+        return text(status, access_denied(&reason));
     }
     match (file, stickslip_page::missing()) {
         (Some(file), _) => page_file(file, headers),

@@ -28,7 +28,10 @@ fn start_server_with(timeouts: Timeouts) -> (Server, tempfile::TempDir) {
     let project = tempfile::tempdir().unwrap();
     let start = Start { thread_settings: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     let live = Live::start(start).unwrap();
-    (Server::start(live, &["127.0.0.1:0".parse().unwrap()], project.path(), timeouts).unwrap(), project)
+    (
+        Server::start(live, &["127.0.0.1:0".parse().unwrap()], Known::default(), project.path(), timeouts).unwrap(),
+        project,
+    )
 }
 
 /// The response to these bytes.
@@ -115,6 +118,13 @@ fn pages_of_another_origin_forms_and_calls_without_token_are_refused() {
     let other_host =
         send_raw(&server, "POST /api HTTP/1.1\r\nHost: evil.example\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
     assert!(other_host.starts_with("HTTP/1.1 421"), "{other_host}");
+    // A tunnel from another local port.
+    let (lines, length) = (header_lines(&server), status.len());
+    let hosts = "Host: localhost:9000\r\nOrigin: http://localhost:9000\r\n";
+    let tunnel =
+        format!("POST /api HTTP/1.1\r\n{hosts}Connection: close\r\nContent-Length: {length}\r\n{lines}\r\n{status}");
+    let answer = send_raw(&server, &tunnel);
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
     let schema = send_raw(
         &server,
         &format!("GET /api/schema HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", server.place.address),
