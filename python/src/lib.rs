@@ -7,12 +7,14 @@
 
 mod array;
 mod benchmark;
+mod calibrate;
 mod error;
 mod fidelity;
 mod fit;
 mod friction;
 mod functions;
 mod group;
+mod identify;
 mod judge;
 mod library;
 mod measure;
@@ -20,8 +22,10 @@ mod outcome;
 mod parameter;
 mod preset;
 mod record;
+mod runs;
 mod simulate;
 mod study;
+mod table;
 mod target;
 mod tree;
 mod value;
@@ -35,6 +39,8 @@ mod _stickslip {
     #[pymodule_export]
     use crate::benchmark::benchmark_on;
     #[pymodule_export]
+    use crate::calibrate::calibrate_bench;
+    #[pymodule_export]
     use crate::fidelity::fidelity_of;
     #[pymodule_export]
     use crate::fit::{Fit, curves_of, fit_points};
@@ -44,6 +50,8 @@ mod _stickslip {
     use crate::functions::{clip, cos, exp, floor, log, maximum, minimum, sign, sin, sqrt, where_};
     #[pymodule_export]
     use crate::group::Group;
+    #[pymodule_export]
+    use crate::identify::{identify_axis, validate_model};
     #[pymodule_export]
     use crate::judge::{demo_on, design_for, hunting_of, loop_of, render_on};
     #[pymodule_export]
@@ -59,9 +67,13 @@ mod _stickslip {
     #[pymodule_export]
     use crate::record::{Number, Truth, number};
     #[pymodule_export]
+    use crate::runs::{folder_of_run, replay_record, runs_of};
+    #[pymodule_export]
     use crate::simulate::{Measured, Setpoint, simulate_on};
     #[pymodule_export]
     use crate::study::{StudyParts, StudyWork, open_study};
+    #[pymodule_export]
+    use crate::table::{MachineFile, Table, machine_file, read_table, table_of};
     #[pymodule_export]
     use crate::target::{Code, Recording, record_controller, sampling_of};
 

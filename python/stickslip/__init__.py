@@ -3,6 +3,7 @@
 All numbers are SI: torques on the screw in N m, angles in rad, velocities in rad/s.
 """
 
+from ._axis import Calibration, Identification, Validation, calibrate, identify, validate
 from ._bench import (
     Controller,
     Progress,
@@ -21,8 +22,10 @@ from ._bench import (
 )
 from ._errors import BenchFault, Cancelled, Error, FileError, InvalidValue, NotComputed, NotRecordable, UnknownName
 from ._law import ControlLaw, Library, Tunable, controller
+from ._recording import Recording, read_recording
 from ._results import Design, Fit, FrictionCurve, Hunting, Loop, Result, Simulation, Study, Summary
 from ._running import Running, Sample
+from ._runs import Replay, Run, replay, runs
 from ._signals import Signals
 from ._stickslip import (
     Friction,
@@ -55,6 +58,7 @@ from ._study import study
 
 __all__ = [
     "BenchFault",
+    "Calibration",
     "Cancelled",
     "ControlLaw",
     "Controller",
@@ -66,6 +70,7 @@ __all__ = [
     "FrictionCurve",
     "Group",
     "Hunting",
+    "Identification",
     "IdentifiedFriction",
     "InvalidValue",
     "Library",
@@ -77,7 +82,10 @@ __all__ = [
     "Parameter",
     "Preset",
     "Progress",
+    "Recording",
+    "Replay",
     "Result",
+    "Run",
     "Running",
     "Sample",
     "Setpoint",
@@ -88,8 +96,10 @@ __all__ = [
     "Truth",
     "Tunable",
     "UnknownName",
+    "Validation",
     "__version__",
     "benchmark",
+    "calibrate",
     "clip",
     "controller",
     "cos",
@@ -102,6 +112,7 @@ __all__ = [
     "friction_library",
     "hunting",
     "identified_friction",
+    "identify",
     "log",
     "loop",
     "maximum",
@@ -111,11 +122,15 @@ __all__ = [
     "preset",
     "presets",
     "read_curves",
+    "read_recording",
     "render",
+    "replay",
+    "runs",
     "sign",
     "simulate",
     "sin",
     "sqrt",
     "study",
+    "validate",
     "where",
 ]

@@ -242,12 +242,13 @@ def _points(
     standard_error: NDArray[np.float64] | None,
     units: dict[str, str],
     style: dict[str, Any],
+    name: str = "torque",
 ) -> None:
-    """Plot measured points, with 95 % intervals if there are standard errors."""
+    """Plot measured points, with 95 % intervals if there are standard errors; `name` is that of the torques."""
     error = None if standard_error is None else 1.96 * standard_error
     ax.errorbar(velocity, torque, yerr=error, **{"fmt": ".", "color": "C0", "label": "measured", **style})
     ax.set_xlabel(f"{_words('velocity')} [{units['velocity']}]")
-    ax.set_ylabel(f"{_words('torque')} [{units['torque']}]")
+    ax.set_ylabel(f"{_words(name)} [{units[name]}]")
 
 
 class Design(Result):

@@ -6,9 +6,10 @@ from _typeshed import SupportsGetItem, SupportsLenAndGetItem
 from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 from os import PathLike
+from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Code", "Friction", "Group", "IdentifiedFriction", "Measured", "Number", "Outcome", "Parameter", "Preset", "Recording", "Setpoint", "StribeckFit", "StudyParts", "StudyWork", "Truth", "_friction", "_restored", "benchmark_on", "clip", "cos", "curves_of", "demo_on", "design_for", "exp", "fidelity_of", "fit_points", "floor", "friction_library", "hunting_of", "identified_friction", "log", "loop_of", "maximum", "measure_on_preset", "minimum", "number", "open_study", "plan_of", "preset", "presets", "record_controller", "render_on", "sampling_of", "sign", "simulate_on", "sin", "sqrt", "where"]
+__all__ = ["__version__", "Code", "Friction", "Group", "IdentifiedFriction", "MachineFile", "Measured", "Number", "Outcome", "Parameter", "Preset", "Recording", "Setpoint", "StribeckFit", "StudyParts", "StudyWork", "Table", "Truth", "_friction", "_restored", "benchmark_on", "calibrate_bench", "clip", "cos", "curves_of", "demo_on", "design_for", "exp", "fidelity_of", "fit_points", "floor", "folder_of_run", "friction_library", "hunting_of", "identified_friction", "identify_axis", "log", "loop_of", "machine_file", "maximum", "measure_on_preset", "minimum", "number", "open_study", "plan_of", "preset", "presets", "read_table", "record_controller", "render_on", "replay_record", "runs_of", "sampling_of", "sign", "simulate_on", "sin", "sqrt", "table_of", "validate_model", "where"]
 
 __version__: Final[str]
 """
@@ -207,6 +208,17 @@ class IdentifiedFriction:
         >>> torque, deviation = stickslip.identified_friction("emps").torque([1.0, 10.0])
         >>> torque.shape, bool((deviation > 0).all())
         ((2,), True)
+        """
+
+@final
+class MachineFile:
+    """
+    Machine file, checked.
+    """
+    @property
+    def text(self, /) -> str:
+        """
+        Text of the file.
         """
 
 @final
@@ -613,6 +625,20 @@ class StudyWork:
         """
 
 @final
+class Table:
+    """
+    Recording: columns of equal length, as in the file.
+    """
+    def columns(self, /) -> list[tuple[str, str, NDArray[float64]]]:
+        """
+        Return name, unit and values of each column; the unit is "" where the file states none.
+        """
+    def signals(self, /, machine: MachineFile) -> tuple[list[tuple[str, str, NDArray[float64]]], list[str]]:
+        """
+        Return the signals of a machine in SI units, and the notes on them.
+        """
+
+@final
 class Truth:
     """
     Condition of a controller: `True` or `False` while it runs, without a value while it is recorded.
@@ -646,6 +672,11 @@ def _restored(text: str, file: str) -> Preset:
 def benchmark_on(preset: Preset, machine: str, controllers: SupportsGetItem[int, str] | None, frictions: SupportsGetItem[int, str] | None, manoeuvres: SupportsGetItem[int, str] | None, quick: bool, seeds: SupportsIndex | None, places: SupportsIndex | None, threads: SupportsIndex | None, folder: str | PathLike[str], progress: Any | None) -> Outcome:
     """
     Run controllers on frictions and manoeuvres. Finished cells are stored in the folder and reused from there.
+    """
+
+def calibrate_bench(preset: Preset, plan: Any | None, seed: SupportsIndex, progress: Any | None) -> tuple[Preset, Outcome]:
+    """
+    Calibrate the virtual bench of a preset. Returns the calibrated preset as text and the result.
     """
 
 def clip(x: SupportsFloat, low: SupportsFloat, high: SupportsFloat) -> Number:
@@ -709,6 +740,11 @@ def floor(x: SupportsFloat) -> Number:
     -1.0
     """
 
+def folder_of_run(number: SupportsIndex) -> Path:
+    """
+    Folder of a run by its number.
+    """
+
 def friction_library() -> "dict[str, str]":
     """
     List the frictions of the library: names and titles.
@@ -734,6 +770,11 @@ def identified_friction(source: str) -> IdentifiedFriction:
     True
     """
 
+def identify_axis(recording: Table, machine: MachineFile, progress: Any | None) -> tuple[Outcome, str, list[tuple[str, str, NDArray[float64]]], tuple[NDArray[float64], NDArray[float64]]]:
+    """
+    Identify an axis from a recording.
+    """
+
 def log(x: SupportsFloat) -> Number:
     """
     Return the natural logarithm, within 2 units in the last place; defined for normal positive numbers only.
@@ -747,6 +788,11 @@ def loop_of(preset: Preset, speed: SupportsFloat | SupportsIndex, tune: bool, pr
     """
     Analyse the position loop of a preset at a sliding speed [rad/s], with its own or with tuned gains. Returns the
     preset with that controller, and the outcome.
+    """
+
+def machine_file(path: str | PathLike[str], text: str | None) -> MachineFile:
+    """
+    Read a machine file, or its text where `text` is given; `path` then is its name in messages.
     """
 
 def maximum(a: SupportsFloat, b: SupportsFloat) -> Number:
@@ -812,6 +858,11 @@ def presets() -> dict[str, str]:
     True
     """
 
+def read_table(path: str | PathLike[str]) -> Table:
+    """
+    Read a recording from a file.
+    """
+
 def record_controller(name: str, help: str, parameters: SupportsGetItem[int, tuple[str, str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]], state: SupportsGetItem[int, tuple[str, str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]], step: Any) -> Recording:
     """
     Record a controller. Calls `step(parameters, state, sample, dt)` once with lists of numbers; it returns the new
@@ -821,6 +872,17 @@ def record_controller(name: str, help: str, parameters: SupportsGetItem[int, tup
 def render_on(preset: Preset, corrections: SupportsIndex, seed: SupportsIndex, progress: Any | None) -> Outcome:
     """
     Render the desired friction of a preset on its virtual bench, and measure the result.
+    """
+
+def replay_record(path: str | PathLike[str], progress: Any | None) -> tuple[int, int, bool, int, tuple[int, str, str, float, float] | None, str]:
+    """
+    Replay a record.
+    """
+
+def runs_of(query: str, project: str | PathLike[str] | None, limit: SupportsIndex) -> tuple[list[tuple[str, Path | None]], list[str]]:
+    """
+    Find runs. Returns each as JSON with its folder, None where its files are missing, and hints on ignored terms of the
+    query.
     """
 
 def sampling_of(preset: Preset) -> tuple[float, float]:
@@ -858,6 +920,16 @@ def sqrt(x: SupportsFloat) -> Number:
     >>> import stickslip
     >>> stickslip.sqrt(9.0)
     3.0
+    """
+
+def table_of(name: str, columns: SupportsGetItem[int, tuple[str, str | None, ArrayLike]]) -> Table:
+    """
+    Make a recording of columns: name, unit and values of each; `name` is that of the recording in messages.
+    """
+
+def validate_model(recording: Table, model: str | PathLike[str], machine: MachineFile, progress: Any | None) -> Outcome:
+    """
+    Validate a model, from the file `model.toml` of an identification, on a recording.
     """
 
 def where(condition: Any, yes: SupportsFloat, no: SupportsFloat) -> Number:

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import numbers
 import os
-import re
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
-
-import numpy as np
 
 from . import _cluster, _stickslip
 from ._bench import Progress
+from ._files import lines
 from ._results import Study
 from ._stickslip import Preset
 
@@ -81,38 +77,11 @@ def study(
 def _file(plan: Mapping[str, Any]) -> Iterator[str]:
     """Yield the lines of the equivalent study file."""
     groups = ("set", "design", "axis")
-    yield from _rows({name: value for name, value in plan.items() if name not in groups})
+    yield from lines({name: value for name, value in plan.items() if name not in groups})
     for name in groups[:2]:
         if name in plan:
             yield f"[{name}]"
-            yield from _rows(plan[name])
+            yield from lines(plan[name])
     for axis in plan.get("axis", ()):
         yield "[[axis]]"
-        yield from _rows(axis)
-
-
-def _rows(values: Mapping[str, Any], group: str = "") -> Iterator[str]:
-    for name, value in values.items():
-        parts = name.split(".")
-        key = group + ".".join(it if re.fullmatch(r"[\w-]+", it, re.ASCII) else json.dumps(it) for it in parts)
-        if isinstance(value, Mapping):
-            yield from _rows(value, f"{key}.")
-        else:
-            yield f"{key} = {_value(key, value)}"
-
-
-def _value(key: str, value: Any) -> str:
-    if isinstance(value, os.PathLike):
-        value = os.fspath(value)
-    # Check bool before numbers: in Python a bool is an int.
-    if isinstance(value, (bool, np.bool_)):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    if isinstance(value, numbers.Integral):
-        return str(int(value))
-    if isinstance(value, numbers.Real):
-        return repr(float(value))
-    if isinstance(value, Iterable):
-        return f"[{', '.join(_value(key, it) for it in value)}]"
-    raise TypeError(f"{key} is a {type(value).__name__}. Give a number, True or False, a name, or a list of them.")
+        yield from lines(axis)

@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 import stickslip
-from stickslip import _bench, _cluster, _law, _names, _results, _running, _signals, _stickslip, _study, target
+from stickslip import _axis, _bench, _cluster, _files, _law, _names, _recording, _results, _running, _runs, _signals, _stickslip, _study, target
 
 ROOT = pathlib.Path(__file__).parents[2]
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
@@ -139,7 +139,7 @@ def test_the_stubs_match_the_compiled_part():
 def test_the_package_has_type_annotations():
     folder = pathlib.Path(stickslip.__file__).parent
     assert (folder / "py.typed").exists()
-    for module in (_bench, _cluster, _law, _names, _results, _running, _signals, _study, target):
+    for module in (_axis, _bench, _cluster, _files, _law, _names, _recording, _results, _running, _runs, _signals, _study, target):
         for name, item in inspect.getmembers(module, inspect.isfunction):
             if item.__module__ == module.__name__ and not name.startswith("_"):
                 missing = set(inspect.signature(item).parameters) - set(item.__annotations__)

@@ -174,6 +174,26 @@ def test_results_do_not_depend_on_the_communication_steps(importers, version):
 
 
 @VERSIONS
+@pytest.mark.parametrize("start", [0.0, 1e6])
+def test_results_do_not_depend_on_how_the_importer_computes_its_time(importers, version, start):
+    """Importers add up steps, multiply them, or pass the difference of two times as the length."""
+    of = importers["friction", version]
+    instances = [of.instance(start=start) for _ in range(3)]
+    added = start
+    for k in range(10000):
+        now, after = start + k * STEP, start + (k + 1) * STEP
+        rows = []
+        for instance, point, length in zip(instances, (now, added, now), (STEP, STEP, after - now)):
+            instance.set({"input.velocity": 0.3 if k // 40 % 2 else -0.3})
+            instance.step(point, length)
+            rows.append(instance.get(["output.torque"])[0])
+        assert rows[0] == rows[1] == rows[2], k
+        added += STEP
+    for instance in instances:
+        instance.free()
+
+
+@VERSIONS
 def test_invalid_calls_are_refused_with_a_message_and_change_nothing(importers, version):
     of = importers["friction", version]
     with pytest.raises(Exception, match="nstantiate"):

@@ -8,6 +8,7 @@ use stickslip_codegen::fmu::{self, Service};
 
 use super::archive::archive;
 use super::fmu_description::fmu_description;
+use super::glibc::Glibc;
 use super::library::{self, compiler};
 use super::{Precision, code};
 use crate::xcp::cycle_time;
@@ -23,6 +24,8 @@ pub struct Fmu {
     /// Folder of the library within, named after the platform as in the standard; `None` without a library: then only
     /// tools that compile its sources can use the FMU.
     pub platform: Option<&'static str>,
+    /// The oldest GNU C library with which the library loads; `None` without it.
+    pub glibc: Option<Glibc>,
     /// Variables of all kinds.
     pub variables: usize,
     /// Step size [s].
@@ -85,6 +88,7 @@ pub(super) fn fmu_of(
         bytes: archive(&file, texts.chain(binary))?,
         file,
         platform: library.as_ref().map(|library| library.platform),
+        glibc: library.as_ref().and_then(|library| Glibc::needed_by(&library.bytes)),
         variables: top.map_or(0, numbers) + if service.is_some() { Service::VARIABLES } else { 0 },
         step,
     })
@@ -107,4 +111,20 @@ fn library(fmu: &fmu::Fmu, threads: bool) -> Result<Option<Library>, Error> {
     let name = format!("{}.{ending}", fmu.name);
     let bytes = library::compile(&fmu.files, &fmu.sources, &name, threads)?;
     Ok(Some(Library { path: format!("binaries/{platform}/{name}"), platform, bytes }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    fn libraries_load_on_early_systems_with_xcp_and_without() {
+        let preset = stickslip_base::parameters::presets::find("clm-bench").and_then(|preset| preset.read());
+        let preset = preset.expect("a preset of the crate");
+        for xcp in [None, "127.0.0.1:5555".parse().ok()] {
+            let fmu = fmu("pid", &preset, Version::Three, None, xcp).expect("a C compiler");
+            assert!(fmu.glibc.is_some_and(|glibc| glibc <= Glibc::EARLY), "{xcp:?}: {:?}", fmu.glibc);
+        }
+    }
 }

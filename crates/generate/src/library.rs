@@ -47,14 +47,11 @@ pub(super) fn compile(
             .map_err(failed)?;
     }
     let compiler = compiler();
-    let mut command = Command::new(&compiler.0);
-    command.current_dir(folder.path());
-    // Only the public functions are visible: a process may load many libraries.
-    command.args(["-std=c99", "-O2", "-shared", "-fvisibility=hidden", "-ffp-contract=off"]);
-    command.args((!cfg!(windows)).then_some("-fPIC"));
-    command.args(threads.then_some("-pthread"));
-    command.args(["-o", name]).args(sources).arg("-lm");
-    match command.output() {
+    let mut outcome = run(&compiler, folder.path(), sources, name, if threads { THREADS_EARLY } else { &[] });
+    if threads && outcome.as_ref().is_ok_and(|output| !output.status.success()) {
+        outcome = run(&compiler, folder.path(), sources, name, &["-pthread"]);
+    }
+    match outcome {
         Ok(output) if output.status.success() => fs::read(folder.path().join(name)).map_err(failed),
         Ok(output) => {
             let text = String::from_utf8_lossy(&output.stderr);
@@ -64,4 +61,25 @@ pub(super) fn compile(
         Err(error) if error.kind() == io::ErrorKind::NotFound => Err(compiler.error("program not found")),
         Err(error) => Err(compiler.error(error.to_string())),
     }
+}
+
+/// Threads by the functions that also old systems have, in their library of that time. Other systems than Linux with the
+/// GNU C library refuse these arguments.
+const THREADS_EARLY: &[&str] =
+    &["-pthread", "-DFMU_EARLY_GLIBC", "-Wl,--push-state,--no-as-needed", "-l:libpthread.so.0", "-Wl,--pop-state"];
+
+/// Runs the compiler in a folder.
+fn run(
+    compiler: &Compiler,
+    folder: &Path,
+    sources: &[String],
+    name: &str,
+    threads: &[&str],
+) -> io::Result<std::process::Output> {
+    let mut command = Command::new(&compiler.0);
+    command.current_dir(folder);
+    // Only the public functions are visible: a process may load many libraries.
+    command.args(["-std=c99", "-O2", "-shared", "-fvisibility=hidden", "-ffp-contract=off"]);
+    command.args((!cfg!(windows)).then_some("-fPIC"));
+    command.args(["-o", name]).args(sources).args(threads).arg("-lm").output()
 }

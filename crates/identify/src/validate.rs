@@ -118,6 +118,13 @@ impl Validation {
 
     /// Figures over time, with file name and caption.
     pub fn figures(&self) -> Vec<(&'static str, Figure, String)> {
+        let mut figures: Vec<_> = recorded::figures(&self.signals, self.axis, self.command_unit).into();
+        figures.extend(self.comparisons());
+        figures
+    }
+
+    /// Recording and prediction over time, and their difference.
+    fn comparisons(&self) -> Vec<(&'static str, Figure, String)> {
         let period = self.signals.period;
         let time = |i: usize| i as f64 * period;
         let compared = |title: &str, quantity: &str, unit: &str, measured: &[f64], predicted: Vec<(usize, f64)>| {
@@ -169,18 +176,8 @@ impl Validation {
         ]
     }
 
-    /// Writes figures, `report.html` and `summary.json` into a folder. `command` is the command line that makes them
-    /// again.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn write(
-        &self,
-        machine: &Machine,
-        recording: &Recording,
-        command: &str,
-        directory: &Path,
-    ) -> Result<Summary, Error> {
+    /// The report. `command` is the command line that makes it again.
+    pub fn report(&self, machine: &Machine, recording: &Recording, command: &str) -> Report {
         let summary = self.summary();
         let file = recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
         let provenance = Provenance::new(command, None, machine.text.clone());
@@ -203,11 +200,23 @@ impl Validation {
             report = report.paragraph(note.clone());
         }
         report = report.heading(recorded::DONE).list(recorded::done(&self.signals));
-        let mut figures: Vec<_> = recorded::figures(&self.signals, self.axis, self.command_unit).into();
-        figures.extend(self.figures());
-        for (_, figure, caption) in &figures {
-            report = report.figure(figure.clone(), caption.clone());
-        }
-        report.write_all(summary, figures.iter().map(|(name, figure, _)| (*name, figure)), directory)
+        self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption))
+    }
+
+    /// Writes figures, `report.html` and `summary.json` into a folder. `command` is the command line that makes them
+    /// again.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(
+        &self,
+        machine: &Machine,
+        recording: &Recording,
+        command: &str,
+        directory: &Path,
+    ) -> Result<Summary, Error> {
+        let figures = self.figures();
+        let named = figures.iter().map(|(name, figure, _)| (*name, figure));
+        self.report(machine, recording, command).write_all(self.summary(), named, directory)
     }
 }

@@ -41,6 +41,7 @@
 mod cause;
 mod clock;
 mod cycle;
+mod datagrams;
 #[cfg(unix)]
 mod dialogue;
 pub mod doctor;
@@ -67,6 +68,7 @@ mod watcher;
 pub use cause::{Cause, Evidence, Overrun};
 pub use clock::{Clock, MonotonicClock, Nanoseconds, SPIN, SimulatedClock};
 pub use cycle::{Block, Cycle, Lap, MAX_BLOCKS, Next};
+pub use datagrams::report_closed_ports;
 #[cfg(unix)]
 pub use dialogue::{ANSWER, Alarm, Requester, Responder};
 pub use executive::{Ending, Executive, OverrunPolicy, Plan, PlanError, Summary};

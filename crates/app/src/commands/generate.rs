@@ -119,11 +119,15 @@ impl FmuCommand {
                 summary.result("generate.variables", fmu.variables as f64, "1");
                 summary.result("generate.step", fmu.step, "s");
             }
-            let library = match fmu.platform {
-                Some(platform) => format!("with its library for {platform} and the sources"),
-                None => "with the sources only: no C compiler (CC, or cc) was found on this computer".into(),
+            let library = match (fmu.platform, fmu.glibc) {
+                (Some(platform), Some(glibc)) => {
+                    format!("with its library for {platform} (glibc {glibc} or later) and the sources")
+                }
+                (Some(platform), None) => format!("with its library for {platform} and the sources"),
+                (None, _) => "with the sources only: no C compiler (CC, or cc) was found on this computer".into(),
             };
             lines.push(format!("{}: {} variables, {library}", path.display(), fmu.variables));
+            lines.extend(fmu.glibc.and_then(generate::Glibc::note).map(|note| format!("Note: {note}")));
         }
         summary.write(&self.out)?;
         self.shown.show(out, &summary, |out| {

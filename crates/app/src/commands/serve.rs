@@ -17,7 +17,7 @@ use super::load::ExternalOptions;
 use super::xcp::XcpDoors;
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
-use crate::serve::{Client, Place, Server, Timeouts};
+use crate::serve::{Client, HostName, Known, Origin, Place, Server, Timeouts};
 use crate::source::{self, Setting};
 
 /// Bench, address and project.
@@ -27,6 +27,13 @@ pub(crate) struct ServeCommand {
     /// axis [default: 127.0.0.1:9740, or a free port if that is in use].
     #[arg(long, value_name = "ADDRESS:PORT")]
     listen: Option<SocketAddr>,
+    /// Name of this computer by which a browser or tunnel reaches the bench; may be given several times. Names that are
+    /// not given are refused, except localhost.
+    #[arg(long, value_name = "NAME")]
+    host: Vec<HostName>,
+    /// Address of a proxy, for example with TLS, by which a browser reaches the bench; may be given several times.
+    #[arg(long, value_name = "URL")]
+    origin: Vec<Origin>,
     /// Project folder for runs and parameter sets; other commands find the running bench by it.
     #[arg(long, value_name = "DIR", default_value = super::PROJECT)]
     project: PathBuf,
@@ -99,7 +106,8 @@ impl ServeCommand {
         let live = Live::start(start)?;
         let warnings = live.refused();
         let listen = self.listen.map_or(LISTEN.to_vec(), |address| vec![address]);
-        let mut server = Server::start(live, &listen, &self.project, Timeouts::default()).map_err(|error| {
+        let known = Known { hosts: self.host, origins: self.origin };
+        let mut server = Server::start(live, &listen, known, &self.project, Timeouts::default()).map_err(|error| {
             Failure::Served(format!(
                 "cannot listen at {} for {} ({error}). If another bench uses this address, choose another one with \
                  --listen; port 0 selects a free one.",

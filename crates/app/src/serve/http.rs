@@ -7,12 +7,13 @@ use std::time::Duration;
 use stickslip::BenchError;
 use stickslip::LiveError;
 
-use axum::extract::rejection::BytesRejection;
-use axum::extract::{DefaultBodyLimit, State};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::body::Bytes;
+use axum::extract::{DefaultBodyLimit, FromRequest as _, Request, State};
+use axum::http::{HeaderMap, HeaderName, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum::{Json, Router};
+use axum::{Extension, Json, Router};
+use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use serde_json::json;
@@ -25,14 +26,18 @@ use stickslip::xcp::ethernet::{PATIENCE, Xcp};
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
+use super::connections::{Connection, Connections};
 use super::door::Door;
+use super::known::Known;
 use super::{Place, PlaceFile, page, socket};
 
 /// Largest call [bytes].
 pub(super) const LARGEST: usize = 256 << 10;
-/// Limits of simultaneous connections, and of WebSockets among them.
+/// Limits of simultaneous connections and of WebSockets.
 const CONNECTIONS: usize = 128;
 const SOCKETS: usize = 64;
+/// Header with the name of the client.
+const CLIENT: HeaderName = HeaderName::from_static("stickslip-client");
 /// Time limit of a call.
 const CALL: Duration = Duration::from_secs(120);
 
@@ -74,7 +79,7 @@ pub(super) struct Shared {
 }
 
 impl Server {
-    /// Serves a bench at the first free one of these addresses; port 0 selects a free one. Address and token are written
+    /// Serves a bench at the first free one of these addresses, under its known names; port 0 selects a free one. Address and token are written
     /// into the project's folder.
     ///
     /// # Errors
@@ -82,6 +87,7 @@ impl Server {
     pub(crate) fn start(
         live: Live,
         listen: &[SocketAddr],
+        known: Known,
         project: &Path,
         timeouts: Timeouts,
     ) -> std::io::Result<Self> {
@@ -93,7 +99,7 @@ impl Server {
         let live = Arc::new(live);
         let shared = Arc::new(Shared {
             live: live.clone(),
-            door: Door::new(place.address, place.token.clone()),
+            door: Door::new(place.address, known, place.token.clone()),
             timeouts,
             sockets: Arc::new(Semaphore::new(SOCKETS)),
             exports: Semaphore::new(1),
@@ -131,11 +137,10 @@ impl Server {
     }
 }
 
-/// Accepts a limited number of simultaneous connections.
+/// Accepts connections until the server stops.
 async fn accept(listener: TcpListener, router: Router, timeouts: Timeouts, mut stopped: watch::Receiver<bool>) {
-    let limit = Arc::new(Semaphore::new(CONNECTIONS));
+    let connections = Connections::new(CONNECTIONS);
     loop {
-        let Ok(permit) = limit.clone().acquire_owned().await else { return };
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
             _ = stopped.changed() => return,
@@ -145,14 +150,26 @@ async fn accept(listener: TcpListener, router: Router, timeouts: Timeouts, mut s
             tokio::time::sleep(Duration::from_millis(50)).await;
             continue;
         };
-        let service = TowerToHyperService::new(router.clone());
+        let (connection, place) = tokio::select! {
+            entered = connections.enter() => entered,
+            _ = stopped.changed() => return,
+        };
+        let router = TowerToHyperService::new(router.clone());
         tokio::spawn(async move {
+            let service = service_fn(|mut request: hyper::Request<hyper::body::Incoming>| {
+                connection.wait();
+                request.extensions_mut().insert(connection.clone());
+                router.call(request)
+            });
             let mut builder = hyper::server::conn::http1::Builder::new();
             builder.timer(TokioTimer::new()).header_read_timeout(timeouts.head).max_buf_size(64 << 10);
-            let connection = builder.serve_connection(TokioIo::new(stream), service).with_upgrades();
-            // Ignored: the client disconnected or exceeded the time limit.
-            let _ = tokio::time::timeout(timeouts.whole, connection).await;
-            drop(permit);
+            let served = builder.serve_connection(TokioIo::new(stream), service).with_upgrades();
+            // Ignored: the client disconnected, exceeded the time limit or made room for another.
+            tokio::select! {
+                _ = tokio::time::timeout(timeouts.whole, served) => {}
+                () = connection.closed() => {}
+            }
+            drop(place);
         });
     }
 }
@@ -164,23 +181,41 @@ async fn schema() -> Json<serde_json::Value> {
 
 async fn call(
     State(shared): State<Arc<Shared>>,
-    headers: HeaderMap,
-    body: Result<axum::body::Bytes, BytesRejection>,
+    Extension(connection): Extension<Arc<Connection>>,
+    request: Request,
 ) -> Response {
-    if let Err((status, message)) = shared.door.admit(&headers, None) {
-        return refused(status, message.into());
-    }
-    let text = |name: header::HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
-    // Forms of other pages cannot send this type.
-    let kind = text(header::CONTENT_TYPE).and_then(|kind| kind.split(';').next());
-    if kind != Some("application/json") {
-        return refused(StatusCode::UNSUPPORTED_MEDIA_TYPE, "send JSON: Content-Type: application/json".into());
-    }
-    let body = match body {
+    // Before the body: a client without the token sends none.
+    let client = match client(&shared, request.headers()) {
+        Ok(client) => client,
+        Err(refusal) => return refusal,
+    };
+    let body = match Bytes::from_request(request, &()).await {
         Ok(body) => body,
         Err(rejection) => return refused(rejection.status(), rejection.body_text()),
     };
-    let value = serde_json::from_slice(&body).map_err(|error| error.to_string());
+    connection.work();
+    let response = answer(shared, client, &body).await;
+    connection.wait();
+    response
+}
+
+/// The name of a client whose call is admitted by its headers.
+#[expect(clippy::result_large_err, reason = "a response, made once in a refusal")]
+fn client(shared: &Shared, headers: &HeaderMap) -> Result<String, Response> {
+    shared.door.admit(headers, None).map_err(|(status, message)| refused(status, message.into()))?;
+    let text = |name: HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
+    // Forms of other pages cannot send this type.
+    let kind = text(header::CONTENT_TYPE).and_then(|kind| kind.split(';').next());
+    if kind != Some("application/json") {
+        let message = "send JSON: Content-Type: application/json";
+        return Err(refused(StatusCode::UNSUPPORTED_MEDIA_TYPE, message.into()));
+    }
+    Ok(text(CLIENT).unwrap_or("unnamed client").chars().take(64).collect())
+}
+
+/// The response to a call.
+async fn answer(shared: Arc<Shared>, client: String, body: &[u8]) -> Response {
+    let value = serde_json::from_slice(body).map_err(|error| error.to_string());
     let call = match value.and_then(Call::from_json) {
         Ok(call) => call,
         Err(error) => {
@@ -192,8 +227,6 @@ async fn call(
         let message = "`samples` sends binary messages: call it over the WebSocket, ws://…/api/live";
         return refused(StatusCode::UNPROCESSABLE_ENTITY, message.into());
     }
-    let client = headers.get("stickslip-client").and_then(|value| value.to_str().ok());
-    let client: String = client.unwrap_or("unnamed client").chars().take(64).collect();
     // The design of parameters may take seconds: it must not block other clients.
     let answer = tokio::task::spawn_blocking(move || shared.live.call(&client, call));
     match tokio::time::timeout(CALL, answer).await {

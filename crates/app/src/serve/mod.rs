@@ -1,8 +1,10 @@
 //! The server of a running bench, and its client. A token protects the access.
 
 mod client;
+mod connections;
 mod door;
 mod http;
+mod known;
 mod page;
 mod socket;
 #[cfg(test)]
@@ -10,6 +12,7 @@ mod tests;
 
 pub(crate) use client::{Client, unexpected};
 pub(crate) use http::{Server, Timeouts};
+pub(crate) use known::{HostName, Known, Origin};
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};

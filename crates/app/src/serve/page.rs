@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use axum::Extension;
 use axum::body::Body;
 use axum::extract::rejection::{PathRejection, QueryRejection};
 use axum::extract::{Path, Query, State};
@@ -14,6 +15,7 @@ use stickslip::Watch;
 use tokio::io::AsyncRead;
 use tokio_util::io::ReaderStream;
 
+use super::connections::Connection;
 use super::http::Shared;
 
 /// Lifetime of the cookie [s]: a year. The token of a project does not change.
@@ -51,7 +53,7 @@ pub(super) async fn report(
 ) -> Response {
     let text = |status: StatusCode, text: String| (status, text).into_response();
     let answer = match (shared.door.admit(&headers, None), run) {
-        (Err((status, reason)), _) => text(status, access_denied(reason)),
+        (Err((status, reason)), _) => text(status, access_denied(&reason)),
         (_, Err(_)) => text(StatusCode::NOT_FOUND, "invalid address of a report: use /report/NUMBER\n".into()),
         (_, Ok(Path(run))) => match shared.live.report_page(run) {
             Ok(page) => ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response(),
@@ -71,16 +73,19 @@ pub(super) struct ExportQuery {
 /// Download of a file of a run, in pieces of limited size; its record also converted for other tools.
 pub(super) async fn run_file(
     State(shared): State<Arc<Shared>>,
+    Extension(connection): Extension<Arc<Connection>>,
     path: Result<Path<(i64, String)>, PathRejection>,
     query: Result<Query<ExportQuery>, QueryRejection>,
     headers: HeaderMap,
 ) -> Response {
     let text = |status: StatusCode, text: String| (status, text).into_response();
     let answer = match (shared.door.admit(&headers, None), path, query) {
-        (Err((status, reason)), ..) => text(status, access_denied(reason)),
+        (Err((status, reason)), ..) => text(status, access_denied(&reason)),
         (_, Err(_), _) => text(StatusCode::NOT_FOUND, "invalid address of a file: use /run/NUMBER/NAME\n".into()),
         (_, _, Err(_)) => text(StatusCode::NOT_FOUND, "invalid query: name one file type, as in ?as=parquet\n".into()),
         (_, Ok(Path((number, file))), Ok(Query(query))) => {
+            // A download may take long.
+            connection.work();
             let name = format!("run-{number}-{}", file.rsplit('/').next().unwrap_or_default());
             match query.r#as {
                 None => match shared.live.run_file(number, &file) {
@@ -146,7 +151,7 @@ pub(super) async fn implementation(
 ) -> Response {
     let text = |status: StatusCode, text: String| (status, text).into_response();
     let answer = match (shared.door.admit(&headers, None), file) {
-        (Err((status, reason)), _) => text(status, access_denied(reason)),
+        (Err((status, reason)), _) => text(status, access_denied(&reason)),
         (_, Err(_)) => text(StatusCode::NOT_FOUND, "invalid address of a file: use /implementation/NAME\n".into()),
         (_, Ok(Path(file))) => {
             let requested = file.clone();
@@ -206,11 +211,11 @@ fn answer(shared: &Shared, query: &TokenQuery, path: &str, headers: &HeaderMap) 
                 let place = [(header::SET_COOKIE, cookie), (header::LOCATION, path.to_owned())];
                 (StatusCode::SEE_OTHER, place, "").into_response()
             }
-            Err((status, reason)) => text(status, access_denied(reason)),
+            Err((status, reason)) => text(status, access_denied(&reason)),
         };
     }
     if let Err((status, reason)) = shared.door.admit(headers, None) {
-        return text(status, access_denied(reason));
+        return text(status, access_denied(&reason));
     }
     match (file, stickslip_page::missing()) {
         (Some(file), _) => page_file(file, headers),

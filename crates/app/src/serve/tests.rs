@@ -14,15 +14,24 @@ use serde_json::json;
 use super::*;
 
 fn start_server() -> (Server, tempfile::TempDir) {
+    start_server_with(Timeouts {
+        head: Duration::from_millis(500),
+        whole: Duration::from_secs(3),
+        silence: Duration::from_secs(1),
+    })
+}
+
+fn start_server_with(timeouts: Timeouts) -> (Server, tempfile::TempDir) {
     let mut source = presets::find("clm-bench").unwrap();
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
     let start = Start { thread_settings: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     let live = Live::start(start).unwrap();
-    let timeouts =
-        Timeouts { head: Duration::from_millis(500), whole: Duration::from_secs(3), silence: Duration::from_secs(1) };
-    (Server::start(live, &["127.0.0.1:0".parse().unwrap()], project.path(), timeouts).unwrap(), project)
+    (
+        Server::start(live, &["127.0.0.1:0".parse().unwrap()], Known::default(), project.path(), timeouts).unwrap(),
+        project,
+    )
 }
 
 /// The response to these bytes.
@@ -109,6 +118,13 @@ fn pages_of_another_origin_forms_and_calls_without_token_are_refused() {
     let other_host =
         send_raw(&server, "POST /api HTTP/1.1\r\nHost: evil.example\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
     assert!(other_host.starts_with("HTTP/1.1 421"), "{other_host}");
+    // A tunnel from another local port.
+    let (lines, length) = (header_lines(&server), status.len());
+    let hosts = "Host: localhost:9000\r\nOrigin: http://localhost:9000\r\n";
+    let tunnel =
+        format!("POST /api HTTP/1.1\r\n{hosts}Connection: close\r\nContent-Length: {length}\r\n{lines}\r\n{status}");
+    let answer = send_raw(&server, &tunnel);
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
     let schema = send_raw(
         &server,
         &format!("GET /api/schema HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", server.place.address),
@@ -139,6 +155,27 @@ fn requests_that_are_too_large_too_slow_or_not_http_end_and_the_bench_continues(
     assert_eq!(slow.read_to_end(&mut rest).unwrap(), 0, "cut off without an answer");
     let after = Client::of(project.path()).unwrap().status().unwrap();
     assert!(after.cycle > before.cycle && after.clock.lost == 0, "{after:?}");
+}
+
+#[test]
+fn two_hundred_slow_clients_do_not_delay_another_one() {
+    // No time limit ends them within this test.
+    let hour = Duration::from_secs(3600);
+    let (server, _project) = start_server_with(Timeouts { head: hour, whole: hour, silence: hour });
+    let token = header_lines(&server);
+    let head = format!("POST /api HTTP/1.1\r\nHost: {}\r\nContent-Length: 100\r\n", server.place.address);
+    for half in ["POST /api HTTP/1.1\r\nHost: ".into(), format!("{head}{token}\r\n{{"), format!("{head}\r\n{{")] {
+        let slow: Vec<TcpStream> = (0..200)
+            .map(|_| {
+                let mut stream = TcpStream::connect(server.place.address).unwrap();
+                stream.write_all(half.as_bytes()).unwrap();
+                stream
+            })
+            .collect();
+        let answer = post(&server, &token, r#"{"call":"status"}"#);
+        assert!(answer.starts_with("HTTP/1.1 200"), "{half:?}: {answer}");
+        drop(slow);
+    }
 }
 
 type Socket = tungstenite::WebSocket<tungstenite::stream::MaybeTlsStream<TcpStream>>;

@@ -1,6 +1,8 @@
 /* Common part of both versions of FMI: an instance and its functions. Written by stickslip.
  *
  * An instance takes steps of FMU_STEP [s], each with the inputs at its end; communication steps may be of any length.
+ * Steps are counted by the lengths of the communication steps. The importer's time has rounding errors that accumulate
+ * where it adds up steps; it serves only to detect a skipped or repeated communication step.
  * Refused calls are reported to the logger of the importer, and change nothing. */
 #ifndef FMU_INSTANCE_H
 #define FMU_INSTANCE_H
@@ -45,6 +47,8 @@ typedef struct {
     /* Start time [s], and number of steps. */
     double start;
     uint64_t steps;
+    /* Requested part of the next step [steps], and the importer's time at the end of its last request [s]. */
+    double part, end;
     fmu_phase phase;
     /* Whether parameters were set that are not checked yet. */
     int unchecked;
@@ -198,6 +202,7 @@ static int fmu_begin(fmu_instance *instance, double start) {
         return fmu_refuse(instance, "The simulation cannot start at %g s.", start);
     }
     instance->memory.start = start;
+    instance->memory.end = start;
     return 1;
 }
 
@@ -253,13 +258,15 @@ static int fmu_derivative(fmu_instance *instance, const uint32_t *of, size_t n_o
     return 1;
 }
 
-/* Steps up to `point` + `length` [s]; the phase is `FMU_FAILED` if one cannot be computed. */
+/* The steps of `length` [s] from `point` [s] on; the phase is `FMU_FAILED` if one cannot be computed. */
 static int fmu_do_step(fmu_instance *instance, double point, double length) {
     fmu_memory *memory = &instance->memory;
-    const double now = fmu_time(instance);
-    /* Importers add up steps in floating point, and may be slightly off the end of the next step. */
-    const double slack = 1e-3 * FMU_STEP + 8.0 * DBL_EPSILON * fabs(point);
-    double due;
+    /* The difference of two times may stand for their length: its rounding error, which does not accumulate. */
+    const double rounding = 8.0 * DBL_EPSILON * fabs(point);
+    const double requested = memory->part + length / FMU_STEP;
+    const double slack = 1e-3 + rounding / FMU_STEP;
+    const double due = floor(requested + ((slack < 0.25) ? slack : 0.25));
+    double left;
     fenv_t caller;
     if (memory->phase != FMU_STEPPING) {
         return fmu_refuse(instance, "A step is possible only between initialization and the end of the simulation.");
@@ -267,11 +274,10 @@ static int fmu_do_step(fmu_instance *instance, double point, double length) {
     if (!isfinite(point) || !isfinite(length) || !(length > 0.0)) {
         return fmu_refuse(instance, "A step of %g s from %g s is not valid.", length, point);
     }
-    if ((point < now - slack) || (point >= now + FMU_STEP + slack)) {
-        return fmu_refuse(instance, "The step begins at %.17g s, but the instance is at %.17g s.", point, now);
+    if (fabs(point - memory->end) > 0.5 * FMU_STEP + rounding) {
+        return fmu_refuse(instance, "The step begins at %.17g s, but the instance is at %.17g s.", point, memory->end);
     }
-    due = floor((point + length - memory->start + slack) / FMU_STEP);
-    if (due - (double)memory->steps > 1e12) {
+    if (due > 1e12) {
         return fmu_refuse(instance, "A step of %g s is more than 1e12 steps of %g s.", length, FMU_STEP);
     }
     if (!(fmu_lock(instance) && fmu_unlock(instance, fmu_checked(instance)))) {
@@ -280,7 +286,7 @@ static int fmu_do_step(fmu_instance *instance, double point, double length) {
     /* The arithmetic of the model: to nearest, with subnormal numbers, independent of the importer's settings. */
     (void)fegetenv(&caller);
     (void)fesetenv(FE_DFL_ENV);
-    while (((double)memory->steps < due) && (memory->phase == FMU_STEPPING)) {
+    for (left = due; (left > 0.0) && (memory->phase == FMU_STEPPING); left -= 1.0) {
         (void)fmu_lock(instance);
         if (fmu_step(&memory->model) == 0) {
             memory->steps++;
@@ -294,6 +300,8 @@ static int fmu_do_step(fmu_instance *instance, double point, double length) {
     if (memory->phase != FMU_STEPPING) {
         return fmu_refuse(instance, "The step from %.17g s cannot be computed: a result would not be finite.", fmu_time(instance));
     }
+    memory->part = requested - due;
+    memory->end = point + length;
     return 1;
 }
 

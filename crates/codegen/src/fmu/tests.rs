@@ -97,14 +97,87 @@ fn an_fmu_with_xcp_states_it_and_has_its_options() {
     assert!(!text(&of_pid(Version::Two), "sources/model.h").contains("XCP"));
 }
 
+/// Writes the sources of an FMU into a folder, with a program that includes them.
+fn unpacked(fmu: &Fmu, program: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::create_dir(folder.path().join("sources")).expect("an empty folder");
+    let sources = fmu.files.iter().filter(|(name, _)| name.starts_with("sources/"));
+    for (name, text) in sources.map(|(name, text)| (name.as_str(), text.as_str())).chain([("main.c", program)]) {
+        std::fs::write(folder.path().join(name), text).expect("the folder takes files");
+    }
+    folder
+}
+
+#[test]
+fn steps_are_counted_however_the_importer_computes_its_time() {
+    // The time as start + k·h, as t += h, and with the difference of two times as the length.
+    let program = r#"
+#include "sources/fmi2.c"
+
+static void print_report(const void *importer, const char *name, int serious, const char *message) {
+    (void)importer; (void)name; (void)serious;
+    fprintf(stderr, "%s\n", message);
+}
+
+int main(void) {
+    const double starts[] = {0.0, 1e6, -3e7}, lengths[] = {FMU_STEP, FMU_STEP / 3.0, 0.1 * FMU_STEP, 2.5 * FMU_STEP};
+    uint32_t input = 1U;
+    int a, b, way, k;
+    while (FMU_VARIABLES[input - 1U].kind != FMU_INPUT) {
+        input++;
+    }
+    for (a = 0; a < 3; a++) {
+        for (b = 0; b < 4; b++) {
+            const double start = starts[a], h = lengths[b];
+            fmu_instance *instances[3];
+            double added = start;
+            for (way = 0; way < 3; way++) {
+                instances[way] = fmu_new("pid");
+                instances[way]->report = print_report;
+                (void)fmu_begin(instances[way], start);
+                instances[way]->memory.phase = FMU_STEPPING;
+            }
+            for (k = 0; k < 20000; k++) {
+                const double now = start + k * h, next = start + (k + 1) * h;
+                const double points[] = {now, added, now}, spans[] = {h, h, next - now};
+                for (way = 0; way < 3; way++) {
+                    const double value = ((k / 40) % 2) ? 1.0 : -1.0;
+                    if (!fmu_set(instances[way], &input, 1, &value) || !fmu_do_step(instances[way], points[way], spans[way])) {
+                        return 2;
+                    }
+                    if ((instances[way]->memory.steps != instances[0]->memory.steps) ||
+                        (memcmp(&instances[0]->memory.model, &instances[way]->memory.model, sizeof(fmu_model)) != 0)) {
+                        fprintf(stderr, "start %g, length %g steps, row %d, way %d\n", start, h / FMU_STEP, k, way);
+                        return 1;
+                    }
+                }
+                added += h;
+            }
+            /* Every step has been taken, and the last one on time. */
+            if (instances[1]->memory.steps != (uint64_t)floor(20000.0 * (h / FMU_STEP) + 1e-6)) {
+                fprintf(stderr, "%g steps\n", (double)instances[1]->memory.steps);
+                return 3;
+            }
+        }
+    }
+    return 0;
+}
+"#;
+    let pid = Pid::<f64>::default();
+    let fmu = fmu(&project::<_, f64>(&pid, "pid", 1e-4).expect("a name"), "pid", 1e-4, Version::Two, None);
+    let folder = unpacked(&fmu, program);
+    let run = |command: &mut std::process::Command| {
+        let output = command.current_dir(folder.path()).output().expect("a C compiler, and its program");
+        assert!(output.status.success(), "{:?}: {}", output.status, String::from_utf8_lossy(&output.stderr));
+    };
+    run(std::process::Command::new("cc").args(["-std=c99", "-O1", "-o", "main", "main.c", "-lm"]));
+    run(&mut std::process::Command::new(folder.path().join("main")));
+}
+
 #[test]
 fn the_sources_compile_without_a_warning_with_the_service_and_without() {
     for fmu in [Version::Two, Version::Three].map(|version| [of_pid(version), served(version)]).into_iter().flatten() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        std::fs::create_dir(folder.path().join("sources")).expect("an empty folder");
-        for (name, text) in fmu.files.iter().filter(|(name, _)| name.starts_with("sources/")) {
-            std::fs::write(folder.path().join(name), text).expect("the folder takes files");
-        }
+        let folder = unpacked(&fmu, "");
         let output = std::process::Command::new("cc")
             .args([
                 "-std=c99",

@@ -62,6 +62,23 @@ typedef struct {
 
 #include "xcp_slave.h"
 
+/* With FMU_EARLY_GLIBC a shared library asks for the first versions of these functions, which all systems have, and not
+ * for those of the computer that compiles it. It must be linked to libpthread.so.0. */
+#if defined(FMU_EARLY_GLIBC) && defined(__GLIBC__)
+#if defined(__x86_64__) && defined(__LP64__)
+#define XCP_EARLY(name) __asm__(".symver " #name ", " #name "@GLIBC_2.2.5")
+#elif defined(__aarch64__)
+#define XCP_EARLY(name) __asm__(".symver " #name ", " #name "@GLIBC_2.17")
+#endif
+#endif
+#if defined(XCP_EARLY)
+XCP_EARLY(pthread_create);
+XCP_EARLY(pthread_join);
+XCP_EARLY(pthread_mutexattr_init);
+XCP_EARLY(pthread_mutexattr_settype);
+XCP_EARLY(pthread_mutexattr_destroy);
+#endif
+
 typedef struct {
     pthread_mutex_t lock;
     pthread_t thread;

@@ -111,6 +111,8 @@ fn score(column: &Column, role: Role) -> i32 {
         Role::Time if !mostly_rises(column) => score -= 20,
         Role::Time => score += 2,
         _ if constant || (rises && is_named(Role::Time)) => score -= 20,
+        // A counter: a command also falls.
+        Role::Command if rises => score -= 20,
         Role::Position if is_named(Role::Reference) => score -= 5,
         Role::Position if has_word(&column.name, MEASURED) => score += 1,
         // A second position may be another encoder: only its name makes it a reference.

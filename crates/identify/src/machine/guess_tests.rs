@@ -96,6 +96,25 @@ fn a_row_number_is_no_time_and_the_period_is_asked() {
 }
 
 #[test]
+fn a_counter_is_not_proposed_as_the_command() {
+    let column = |name: &str, unit: &str, value: fn(f64) -> f64| {
+        Column::new(name, (0..2000).map(|row| value(f64::from(row))).collect()).with_unit(Some(unit.into()))
+    };
+    let counted = [
+        column("time", "s", |row| 1e-3 * row),
+        column("cycle", "1", |row| row),
+        column("angle", "rad", |row| (0.01 * row).sin()),
+    ];
+    let command = column("signal", "1", |row| (0.01 * row).cos());
+    let command_among = |columns: Vec<Column>| {
+        let recording = Recording::from_columns("run.mf4", columns);
+        proposed(&recording, Role::Command, &[]).map(|column| column.name.clone())
+    };
+    assert_eq!(command_among(counted.to_vec()), None);
+    assert_eq!(command_among([&counted[..], &[command]].concat()).as_deref(), Some("signal"));
+}
+
+#[test]
 fn the_log_of_a_servo_is_rotary_in_shares_and_needs_resampling() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/xl330_pendulum/logs.csv.gz");
     let all = Recording::read(&path).unwrap();

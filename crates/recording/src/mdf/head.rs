@@ -41,7 +41,7 @@ fn channels_of_a_row(blocks: &mut Blocks, channels: &[Channel]) -> u64 {
         unit: unit.into(),
         comment: comment.into(),
     };
-    let (time, cycle) = (new_channel("time", "s", "since the start"), new_channel("cycle", "", "number of the tick"));
+    let (time, cycle) = (new_channel("time", "s", "since the start"), new_channel("cycle", "1", "number of the tick"));
     let all = [(TIME, &time), (COUNTER, &cycle)].into_iter().chain(channels.iter().map(|channel| (VALUE, channel)));
     let mut next = 0;
     // From the last to the first: each needs the address of the next.

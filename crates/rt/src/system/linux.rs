@@ -5,6 +5,7 @@
 use std::fs::File;
 use std::io;
 use std::mem::MaybeUninit;
+use std::net::UdpSocket;
 use std::os::fd::AsRawFd as _;
 use std::os::unix::fs::{FileExt, OpenOptionsExt as _};
 use std::path::Path;
@@ -197,6 +198,19 @@ pub(crate) fn open_serial(path: &Path) -> io::Result<File> {
         libc::tcsetattr(port.as_raw_fd(), libc::TCSANOW, settings.as_ptr())
     })?;
     Ok(port)
+}
+
+/// Makes a socket without a peer report a closed port of a receiver.
+pub(crate) fn report_closed_ports(socket: &UdpSocket) -> io::Result<()> {
+    let (level, option) = match socket.local_addr()?.is_ipv4() {
+        true => (libc::IPPROTO_IP, libc::IP_RECVERR),
+        false => (libc::IPPROTO_IPV6, libc::IPV6_RECVERR),
+    };
+    let on: libc::c_int = 1;
+    // SAFETY: the descriptor is open as long as `socket`; the pointer is valid for the given size.
+    result(unsafe {
+        libc::setsockopt(socket.as_raw_fd(), level, option, (&raw const on).cast(), size_of_val(&on) as libc::socklen_t)
+    })
 }
 
 /// The lower half of a word, used as a futex.

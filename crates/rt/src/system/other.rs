@@ -78,6 +78,11 @@ pub(crate) fn open_serial(_: &std::path::Path) -> io::Result<std::fs::File> {
     Err(refused())
 }
 
+/// Windows does so by default; other systems cannot.
+pub(crate) fn report_closed_ports(_: &std::net::UdpSocket) -> io::Result<()> {
+    Ok(())
+}
+
 /// Without a wake-up call: polls at short intervals.
 pub(crate) fn wait_for_word(_: &std::sync::atomic::AtomicU64, _: u32, within: Duration) {
     std::thread::sleep(within.min(Duration::from_micros(50)));

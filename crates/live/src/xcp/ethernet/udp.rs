@@ -3,7 +3,7 @@
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::xcp::frame::{self, Next};
 use crate::xcp::{MAX_CTO, MAX_DTO};
@@ -23,6 +23,7 @@ const CONNECT: u8 = 0xff;
 /// A socket at an address; port 0 selects a free port.
 pub(super) fn bind(address: SocketAddr) -> io::Result<UdpSocket> {
     let socket = UdpSocket::bind(address)?;
+    stickslip_rt::report_closed_ports(&socket)?;
     socket.set_read_timeout(Some(POLL_INTERVAL))?;
     socket.set_write_timeout(Some(POLL_INTERVAL))?;
     Ok(socket)
@@ -30,12 +31,11 @@ pub(super) fn bind(address: SocketAddr) -> io::Result<UdpSocket> {
 
 /// Serves one master after the other until the address is closed.
 ///
-/// The socket is connected to the master: the system rejects all others and reports a closed port of the master. A
-/// connected socket cannot be disconnected; it is replaced by a new one.
+/// The system reports a closed port of the master. Reports occupy the buffer of the socket until it is closed: after one,
+/// the socket is replaced by a new one.
 pub(super) fn run(socket: UdpSocket, door: &Door) {
     let mut socket = Some(socket);
-    let mut master: Option<(SocketAddr, Session)> = None;
-    let mut connected = false;
+    let mut master: Option<Master> = None;
     let mut datagram = [0; 2048];
     let mut out = Vec::with_capacity(DATAGRAM);
     let mut looked = Instant::now();
@@ -47,27 +47,25 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
             }
             continue;
         };
-        let mut gone = false;
+        let mut closed = false;
         match open.recv_from(&mut datagram) {
             Ok((size, from)) => {
-                let is_master = master.as_ref().is_some_and(|(address, _)| *address == from);
                 let begins = matches!(frame::next(&datagram[..size], MAX_CTO), Next::Packet([CONNECT, ..], _));
-                if is_master || begins && !connected {
-                    connected = connected || open.connect(from).is_ok();
-                    if !is_master && let Some((_, session)) = master.replace((from, door.session(from))) {
-                        session.end();
-                    }
-                    if let Some((_, session)) = &mut master {
-                        receive(&datagram[..size], session, &mut out);
-                    }
+                if begins && master.as_ref().is_none_or(|master| master.is_replaced_by(from, door.patience)) {
+                    let replaced = master.replace(Master { address: from, session: door.session(from) });
+                    replaced.into_iter().for_each(|master| master.session.end());
+                }
+                if let Some(master) = master.as_mut().filter(|master| master.address == from) {
+                    receive(&datagram[..size], &mut master.session, &mut out);
                 }
             }
             // A sent datagram was rejected: the port of the master is closed.
-            Err(error) => gone = !is_later(&error),
+            Err(error) => closed = !is_later(&error),
         }
-        if let Some((address, session)) = &mut master {
+        let mut disconnected = false;
+        if let Some(Master { address, session }) = &mut master {
             session.look(&mut out);
-            gone |= !send(open, *address, &mut out, door);
+            closed |= !send(open, *address, &mut out, door);
             if looked.elapsed() >= POLL_INTERVAL {
                 looked = Instant::now();
                 for _ in 0..BURST {
@@ -75,26 +73,43 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
                     if out.is_empty() {
                         break;
                     }
-                    gone |= !send(open, *address, &mut out, door);
+                    closed |= !send(open, *address, &mut out, door);
                 }
             }
-            gone |= !session.is_connected();
+            disconnected = !session.is_connected();
         }
-        door.report_sometimes(master.as_ref().map(|(address, session)| (*address, session)));
-        let silent = |session: &Session| session.silence() > door.patience && !session.is_measuring();
-        // A silent master may continue until another one connects.
-        if connected && (gone || master.as_ref().is_some_and(|(_, session)| silent(session))) {
+        door.report_sometimes(master.as_ref().map(|master| (master.address, &master.session)));
+        if closed {
             // Closed first to free the address; opened at once for the next master.
             drop(socket.take());
-            (socket, connected) = (bind(door.address).ok(), false);
+            socket = bind(door.address).ok();
         }
-        if gone && let Some((_, session)) = master.take() {
-            session.end();
+        if (closed || disconnected)
+            && let Some(master) = master.take()
+        {
+            master.session.end();
             door.report(None);
         }
     }
-    if let Some((_, session)) = master {
-        session.end();
+    master.into_iter().for_each(|master| master.session.end());
+}
+
+/// A master at an address.
+struct Master {
+    address: SocketAddr,
+    session: Session,
+}
+
+impl Master {
+    /// Whether the master at an address that begins a session replaces this one.
+    ///
+    /// A master that restarts has another port of the same host. It takes over at once; while the former one measures,
+    /// only if that is silent, since both may be tools in use on one host. A silent master may continue until another one
+    /// connects.
+    fn is_replaced_by(&self, from: SocketAddr, patience: Duration) -> bool {
+        let (same_host, silent) = (from.ip() == self.address.ip(), self.session.silence() > patience);
+        let may = if self.session.is_measuring() { same_host && silent } else { same_host || silent };
+        may && from != self.address
     }
 }
 
@@ -112,11 +127,7 @@ fn send(socket: &UdpSocket, master: SocketAddr, out: &mut Vec<u8>, door: &Door) 
     if out.is_empty() {
         return true;
     }
-    // A connected socket accepts no address.
-    let sent = match socket.peer_addr() {
-        Ok(_) => socket.send(out),
-        Err(_) => socket.send_to(out, master),
-    };
+    let sent = socket.send_to(out, master);
     out.clear();
     match sent {
         Ok(_) => true,

@@ -33,7 +33,7 @@ fn a_file_reads_back_bit_identically() {
     // Read as a recording.
     let recording = Recording::parse(&path, &bytes).unwrap();
     assert_eq!(recording.columns()[2].unit.as_deref(), Some("rad/s"));
-    assert_eq!(recording.columns()[1].unit, None);
+    assert_eq!(recording.columns()[1].unit.as_deref(), Some("1"));
 }
 
 #[test]
