@@ -9,10 +9,11 @@ use super::check::Checked;
 use super::plan::of_entrant;
 use super::{Plan, sobol};
 use crate::benchmark::{Entrant, MANOEUVRES, Manoeuvre};
-use stickslip_base::Error;
+use stickslip_base::excerpt::parser_message;
 use stickslip_base::parameters::schema::nearest;
 use stickslip_base::parameters::{self, Fault, ParameterProblems, Problem, presets};
 use stickslip_base::preset::Preset;
+use stickslip_base::{Error, input};
 use stickslip_fit::uncertainty;
 
 /// Contents of the file.
@@ -123,6 +124,8 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 /// Parameter of the step; a study that states it has no tolerance.
 const STEP: &str = "bench.plant_step";
 
+/// Unknown keys of a table that are reported.
+const MOST_UNKNOWN: usize = 20;
 /// Largest number of seeds or places.
 const REPEATS: u64 = 1000;
 
@@ -132,7 +135,7 @@ const REPEATS: u64 = 1000;
 /// [`Error::File`]; [`Error::Parameters`] with unknown keys and paths, and with values that the preset does not admit;
 /// [`Error::Document`] with contradictions in the file or in that of a fit; errors of reading preset and controller.
 pub fn read(path: &Path) -> Result<Plan, Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
+    let text = input::text(path, input::TEXT)?;
     Text { path, text: &text, has_lines: true }.plan(None)
 }
 
@@ -150,7 +153,7 @@ impl Text<'_> {
         self.known_keys()?;
         let stated: Stated = toml::from_str(self.text).map_err(|error| {
             let place = error.span().and_then(|span| self.place(span.start));
-            let reason = error.message().trim().replace('\n', ", ");
+            let reason = parser_message(error.message());
             Error::Document {
                 path: self.path.into(),
                 place,
@@ -359,6 +362,7 @@ impl Text<'_> {
             let fault = Fault::Unknown { nearest, known: known.to_vec() };
             Problem { line, path: format!("{group}{key}"), fault }
         };
-        table.iter().map(|(key, _)| key).filter(|key| !known.contains(key)).map(problem).collect()
+        // The place of each takes a pass over the text.
+        table.iter().map(|(key, _)| key).filter(|key| !known.contains(key)).take(MOST_UNKNOWN).map(problem).collect()
     }
 }

@@ -39,12 +39,13 @@ impl Source {
     }
 
     /// The source, if its text has a value or a table at a dotted path: a file holds what it is given for, and the rest
-    /// of the parameters would otherwise be defaults without notice.
+    /// of the parameters would otherwise be defaults without notice. A built-in preset is complete with its defaults.
     ///
     /// # Errors
     /// [`Error::Document`] with the missing table; an invalid file is left to [`read`](Self::read).
     pub fn stating(self, path: &str, remedy: &'static str) -> Result<Self, Error> {
-        if self.states(path) || self.text.parse::<toml::Table>().is_err() {
+        let is_built_in = PRESETS.iter().any(|(_, text)| *text == self.text);
+        if is_built_in || self.states(path) || self.text.parse::<toml::Table>().is_err() {
             return Ok(self);
         }
         let reason = format!("missing table [{path}]");
@@ -135,6 +136,7 @@ mod tests {
             assert!(message.contains("empty.toml: it has no parameter. Give a file with values"), "{text}: {message}");
         }
         std::fs::write(&path, "[bench]\ntick_rate = 2000\n").unwrap();
+        assert!(find("clm-bench").unwrap().stating("model.own", "").is_ok());
         let source = find(path.to_str().unwrap()).unwrap();
         let message = source.stating("model.own", "Give a fit.toml.").unwrap_err().to_string();
         assert!(message.ends_with("empty.toml: missing table [model.own]. Give a fit.toml."), "{message}");
