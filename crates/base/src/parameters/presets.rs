@@ -89,7 +89,7 @@ fn find_among(presets: &[(&'static str, &str)], name_or_path: &str) -> Result<So
     if text.parse().is_ok_and(|table: toml::Table| !has_parameters(&table)) {
         let reason = "it has no parameter".into();
         let remedy =
-            "Give a file with values under [plant], [model] or [bench]; `stickslip params show clm-bench` prints one.";
+            "Give a file with values under [plant], [model] or [bench]; `stickslip params write clm-bench` prints one.";
         return Err(Error::Document { path: path.into(), place: None, reason, remedy });
     }
     Ok(Source { file: name_or_path.into(), text })
