@@ -109,7 +109,7 @@ def test_a_curve_from_a_csv_file_is_fitted(tmp_path):
 
 
 def test_invalid_points_are_refused():
-    with pytest.raises(stickslip.InvalidValue, match="point 1 of the friction curve: velocity = 0"):
+    with pytest.raises(stickslip.InvalidValue, match="point 2 of the friction curve: velocity = 0"):
         stickslip.fit([1, 0, 2, 3, 4, 5], [1, 1, 1, 1, 1, 1])
     with pytest.raises(stickslip.InvalidValue, match="at least 5 required"):
         stickslip.fit([1, 2], [1, 1])

@@ -5,6 +5,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::excerpt::{excerpt, message};
 use crate::parameters::ParameterProblems;
 
 /// An error of the laboratory.
@@ -25,7 +26,7 @@ pub enum Error {
     #[error(transparent)]
     Parameters(#[from] ParameterProblems),
     /// An unknown parameter.
-    #[error("unknown parameter {path}. {}", did_you_mean(nearest.as_deref(), "`stickslip params describe` lists all \
+    #[error("unknown parameter {}. {}", excerpt(path), did_you_mean(nearest.as_deref(), "`stickslip params describe` lists all \
         parameters."))]
     UnknownParameter {
         /// The requested path.
@@ -34,7 +35,7 @@ pub enum Error {
         nearest: Option<String>,
     },
     /// An unknown preset, which is not the path of a file either.
-    #[error("unknown preset {name}. {} A path to a file is accepted, too.",
+    #[error("unknown preset {}. {} A path to a file is accepted, too.", excerpt(name),
         did_you_mean(*nearest, &format!("Presets: {}.", known.join(", "))))]
     UnknownPreset {
         /// The requested name.
@@ -45,7 +46,7 @@ pub enum Error {
         known: Vec<&'static str>,
     },
     /// A point that is not valid for a fit.
-    #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
+    #[error("point {} of the friction curve: {field} = {value:?}. {remedy}", index + 1)]
     CurvePoint {
         /// Index, from 0.
         index: usize,
@@ -126,7 +127,7 @@ pub enum Error {
         remedy: &'static str,
     },
     /// A unit that is unknown or of another quantity.
-    #[error("{place}: unit \"{unit}\" is unknown or of another quantity. Use one of {known}.")]
+    #[error("{}: unit \"{}\" is unknown or of another quantity. Use one of {known}.", excerpt(place), excerpt(unit))]
     Unit {
         /// Place of the unit.
         place: String,
@@ -153,7 +154,7 @@ pub enum Error {
     #[error("cancelled")]
     Cancelled,
     /// An invalid recording, or an invalid column of it.
-    #[error("{}: {fault}. {remedy}", path.display())]
+    #[error("{}: {}. {}", path.display(), message(fault), message(remedy))]
     Recording {
         /// The file.
         path: PathBuf,
@@ -169,7 +170,7 @@ pub enum Error {
         path: PathBuf,
     },
     /// An invalid answer or value.
-    #[error("{question}: \"{answer}\" is not valid. {remedy}")]
+    #[error("{}: \"{}\" is not valid. {}", message(question), excerpt(answer), message(remedy))]
     Answer {
         /// The question, or the name of the value.
         question: String,
@@ -179,7 +180,8 @@ pub enum Error {
         remedy: String,
     },
     /// A saved document with an error, or of an unknown kind.
-    #[error("{}{}: {reason}. {remedy}", path.display(), place.map(|[line, column]| format!(":{line}:{column}")).unwrap_or_default())]
+    #[error("{}{}: {}. {remedy}", path.display(), place.map(|[line, column]| format!(":{line}:{column}")).unwrap_or_default(),
+        message(reason))]
     Document {
         /// The file.
         path: PathBuf,
@@ -200,7 +202,7 @@ pub enum Error {
         preset: String,
     },
     /// An unknown part of a benchmark.
-    #[error("unknown {what} {name}. Available: {}.", known.join(", "))]
+    #[error("unknown {what} {}. Available: {}.", excerpt(name), known.join(", "))]
     NothingToCompare {
         /// Kind of the part.
         what: &'static str,
@@ -210,7 +212,7 @@ pub enum Error {
         known: Vec<&'static str>,
     },
     /// An unknown name.
-    #[error("there is no {what} {name}. {remedy}")]
+    #[error("there is no {what} {}. {}", excerpt(name), message(remedy))]
     Unknown {
         /// Kind of the name.
         what: &'static str,

@@ -11,8 +11,10 @@
 #![forbid(unsafe_code)]
 
 mod error;
+pub mod excerpt;
 pub mod figure;
 pub mod filter;
+pub mod input;
 pub mod isolated;
 pub mod noise;
 pub mod output;
@@ -29,6 +31,7 @@ pub mod units;
 pub mod watch;
 
 pub use error::{Error, did_you_mean};
+pub use excerpt::excerpt;
 pub use preset::{
     AdaptiveChoice, ArmDamping, AssumedFriction, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
     DampedArm, DisturbanceObserverChoice, Disturbances, FeedforwardChoice, FilterChoice, FrictionObserverChoice,

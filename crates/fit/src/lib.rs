@@ -14,12 +14,14 @@
 #![forbid(unsafe_code)]
 
 mod choice;
+mod coulomb;
 mod drop;
 mod error;
 mod findings;
 mod linear;
 mod nonlinear;
 mod optimum;
+mod points;
 mod profile;
 mod projection;
 mod statistics;
@@ -35,6 +37,7 @@ pub use findings::{Finding, HARDLY_KNOWN};
 pub use linear::LongRun;
 pub use linear::{LinearFit, fit_linear};
 pub use nonlinear::{Minimum, Stop, minimise};
+pub use points::check_points;
 pub use profile::{Profile, ProfilePlan};
 pub use statistics::{f_test, runs_test, student_t95};
 pub use stribeck::{

@@ -10,6 +10,7 @@ use stickslip_core::scalar::{Dual, Scalar};
 use super::drop;
 pub use super::drop::StribeckDrop;
 use super::optimum::{bounds as bounds_of, from_near, optimum};
+use super::points::check_points;
 use super::projection::{Parameters, Sample, cost, curve};
 use super::{runs_test, student_t95};
 use stickslip_base::Error;
@@ -248,15 +249,15 @@ fn scatter(parameters: Parameters<f64>, samples: &[Sample], threshold: f64) -> f
 }
 
 /// Moments of normal errors of variance 1 under Huber's ψ.
-struct Normal {
+pub(super) struct Normal {
     /// E[ψ²].
-    square: f64,
+    pub(super) square: f64,
     /// E[ψ'].
-    inside: f64,
+    pub(super) inside: f64,
 }
 
 impl Normal {
-    fn of(threshold: f64) -> Self {
+    pub(super) fn of(threshold: f64) -> Self {
         if threshold.is_infinite() {
             return Normal { square: 1.0, inside: 1.0 };
         }
@@ -271,28 +272,15 @@ fn standardised(parameters: Parameters<f64>, s: &Sample) -> f64 {
     (s.torque - curve(parameters).magnitude(s.speed)) * s.weight.sqrt()
 }
 
-fn huber_weight(residual: f64, threshold: f64) -> f64 {
+pub(super) fn huber_weight(residual: f64, threshold: f64) -> f64 {
     (threshold / residual.abs()).min(1.0)
 }
 
-fn select(points: &[CurvePoint], side: Side) -> Result<Vec<Sample>, Error> {
+/// The points of a side.
+pub(super) fn select(points: &[CurvePoint], side: Side) -> Result<Vec<Sample>, Error> {
+    check_points(points)?;
     let mut samples = Vec::new();
-    for (index, point) in points.iter().enumerate() {
-        let CurvePoint { velocity, torque, standard_error } = *point;
-        let bad = |field, value, remedy| Err(Error::CurvePoint { index, field, value, remedy });
-        if !(velocity.is_finite() && velocity != 0.0) {
-            return bad("velocity", velocity, "Remove points at rest: the curve is that of a moving axis.");
-        }
-        if !torque.is_finite() {
-            return bad("torque", torque, "Remove points without a value.");
-        }
-        if !(standard_error.is_finite() && standard_error > 0.0) {
-            return bad(
-                "standard_error",
-                standard_error,
-                "Set a positive standard error for each point, or 1 for all.",
-            );
-        }
+    for CurvePoint { velocity, torque, standard_error } in points.iter().copied() {
         if match side {
             Side::Positive => velocity > 0.0,
             Side::Negative => velocity < 0.0,
@@ -403,7 +391,7 @@ fn assess(
 
 /// Interval of a magnitude: symmetric in its logarithm while its error is below its value; beyond, from 0 to the upper
 /// end of the standard error.
-fn interval(value: f64, half_width: f64) -> [f64; 2] {
+pub(super) fn interval(value: f64, half_width: f64) -> [f64; 2] {
     if half_width <= value && value > 0.0 {
         let factor = libm::exp(half_width / value);
         return [value / factor, value * factor];

@@ -171,7 +171,7 @@ fn invalid_points_are_refused() {
         let mut bad = points("bench");
         change(&mut bad[3]);
         let error = fit_stribeck(&bad, &StribeckPlan::default()).unwrap_err();
-        assert!(error.to_string().starts_with(&format!("point 3 of the friction curve: {field} = ")), "{error}");
+        assert!(error.to_string().starts_with(&format!("point 4 of the friction curve: {field} = ")), "{error}");
     }
 }
 

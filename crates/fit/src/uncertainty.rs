@@ -14,7 +14,8 @@ use nalgebra::DMatrix;
 use serde::Deserialize;
 
 use crate::{PARAMETERS, StribeckFit};
-use stickslip_base::Error;
+use stickslip_base::excerpt::parser_message;
+use stickslip_base::{Error, input};
 
 use stickslip_base::parameters::UNCERTAINTY as TABLE;
 
@@ -121,9 +122,9 @@ pub fn factor(correlation: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
 /// # Errors
 /// [`Error::File`]; [`Error::Document`] for a file without the table, and for an invalid table.
 pub fn read(path: &Path) -> Result<Known, Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
+    let text = input::text(path, input::TEXT)?;
     let wrong = |reason: String, remedy| Err(Error::Document { path: path.into(), place: None, reason, remedy });
-    let message = |error: toml::de::Error| error.message().trim().replace('\n', ", ");
+    let message = |error: toml::de::Error| parser_message(error.message());
     let mut table: toml::Table = match toml::from_str(&text) {
         Ok(table) => table,
         Err(error) => return wrong(message(error), "Give the fit.toml that `stickslip fit` wrote."),

@@ -17,7 +17,7 @@ use stickslip_core::fields::{Field, Kind};
 use super::{Precision, code};
 use crate::asap2::{Head, Objects, quoted};
 use crate::xcp::{Cell, Content};
-use stickslip_base::{Error, Preset};
+use stickslip_base::{Error, Preset, input};
 
 /// The structs of a block, which are the names of their groups.
 pub const STRUCTS: [&str; 4] = ["parameters", "state", "input", "output"];
@@ -199,7 +199,7 @@ struct Symbols {
 
 impl Symbols {
     fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
+        let bytes = input::read(path, input::PROGRAM)?;
         let program = object::File::parse(&*bytes).map_err(|error| GenerateError::Program {
             path: path.into(),
             reason: format!("it cannot be read ({error})"),

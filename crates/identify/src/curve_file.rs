@@ -9,7 +9,7 @@ use std::path::Path;
 use crate::machine::Axis;
 use stickslip_base::Error;
 use stickslip_base::units::{Dimension, measure, unfit};
-use stickslip_fit::CurvePoint;
+use stickslip_fit::{CurvePoint, check_points};
 use stickslip_recording::{Column, Recording};
 
 /// Names of columns, instead of automatic detection.
@@ -86,6 +86,7 @@ pub fn curves(table: &Recording, columns: &CurveColumns) -> Result<CurveFile, Er
     let error_scale = standard_error.map(|c| if c.unit.is_some() { factor(c, friction, table) } else { Ok(scale) });
     let error_scale = error_scale.transpose()?.unwrap_or(1.0);
     let mut curves: Vec<Curve> = Vec::new();
+    let mut points = Vec::new();
     for row in 0..table.rows() {
         let name = group.map_or(String::new(), |column| format!("{} {}", column.name, column.values[row]));
         let standard_error = standard_error.map_or(1.0, |column| column.values[row] * error_scale);
@@ -95,11 +96,14 @@ pub fn curves(table: &Recording, columns: &CurveColumns) -> Result<CurveFile, Er
         }
         let point =
             CurvePoint { velocity: velocity.values[row] * speed, torque: torque.values[row] * scale, standard_error };
+        points.push(point);
         match curves.iter_mut().find(|curve| curve.name == name) {
             Some(curve) => curve.points.push(point),
             None => curves.push(Curve { name, points: vec![point] }),
         }
     }
+    // Before the points are separated by curve and direction: the index is that of the row.
+    check_points(&points)?;
     Ok(CurveFile { axis, weighted: standard_error.is_some(), curves })
 }
 
@@ -237,7 +241,7 @@ mod tests {
             ("omega,x\n1,2\n", "unknown column `torque`. Columns: omega, x."),
             ("omega [rad/s],torque [N]\n1,2\n", "curve.csv: column `torque`: unit \"N\""),
             ("omega [kg],torque\n1,2\n", "curve.csv: column `omega`: unit \"kg\""),
-            ("omega,torque,se\n1,2,0\n", "point 0 of the friction curve: standard_error = 0"),
+            ("omega,torque,se\n1,2,0\n", "point 1 of the friction curve: standard_error = 0"),
             ("omega,torque\n1,x\n", "curve.csv:2: column `torque`"),
         ] {
             let error = parse(text).unwrap_err().to_string();

@@ -1,6 +1,8 @@
 //! Errors of an identification.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use stickslip_base::excerpt;
 
 /// A failure of an identification, besides the common ones.
 #[derive(Debug, thiserror::Error)]
@@ -37,7 +39,12 @@ pub enum IdentifyError {
         expected: f64,
     },
     /// A column with two different units.
-    #[error("{place}: the unit is [{told}] in the machine file, but [{header}] in the header. Correct one of them.")]
+    #[error(
+        "{}: the unit is [{}] in the machine file, but [{}] in the header. Correct one of them.",
+        excerpt::message(place),
+        excerpt::excerpt(told),
+        excerpt::excerpt(header)
+    )]
     TwoUnits {
         /// The column.
         place: String,
@@ -56,6 +63,16 @@ pub enum IdentifyError {
         /// The remedy.
         remedy: &'static str,
     },
+}
+
+impl IdentifyError {
+    /// The error of a parser, with its place and without the line, which may be long.
+    pub(crate) fn of_toml(path: &Path, text: &str, error: &toml::de::Error) -> Self {
+        let place = error.span().map(|span| excerpt::place(text, span.start));
+        let place = place.map(|[line, column]| format!("line {line}, column {column}: ")).unwrap_or_default();
+        let message = format!("{place}{}", excerpt::parser_message(error.message()));
+        IdentifyError::MachineFile { path: path.to_owned(), message }
+    }
 }
 
 impl From<IdentifyError> for stickslip_base::Error {

@@ -20,8 +20,8 @@ pub use runs::{Pendulum, Run};
 use serde::Deserialize;
 pub use signals::{Recorded, Signals};
 
-use stickslip_base::Error;
 use stickslip_base::units::{Dimension, Quantity};
+use stickslip_base::{Error, input};
 
 /// A machine file, checked, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -205,7 +205,7 @@ impl Machine {
     /// # Errors
     /// A file that cannot be read, an invalid machine file, or invalid values.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        Self::parse(path, &std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?)
+        Self::parse(path, &input::text(path, input::TEXT)?)
     }
 
     /// From the text of a machine file.
@@ -213,8 +213,7 @@ impl Machine {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
-        let file: File = toml::from_str(text)
-            .map_err(|e| IdentifyError::MachineFile { path: path.to_owned(), message: e.to_string() })?;
+        let file: File = toml::from_str(text).map_err(|error| IdentifyError::of_toml(path, text, &error))?;
         let si = |quantity: &Option<Quantity>, field: &str, dimension| {
             quantity.as_ref().map(|q| q.si(dimension, &format!("{}: {field}", path.display()))).transpose()
         };

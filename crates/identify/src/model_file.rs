@@ -15,7 +15,7 @@ use super::preset::preset;
 use super::{Identification, results};
 use crate::machine::{Axis, Machine};
 use stickslip_base::parameters::{self, Value};
-use stickslip_base::{Error, Preset};
+use stickslip_base::{Error, Preset, input};
 
 use stickslip_base::parameters::IDENTIFIED as TABLE;
 
@@ -127,9 +127,9 @@ impl Side {
 /// # Errors
 /// A file that cannot be read or has no such table, or an invalid number in it.
 pub fn read_model(path: &Path) -> Result<IdentifiedModel, Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
+    let text = input::text(path, input::TEXT)?;
     let wrong = |message: String| IdentifyError::MachineFile { path: path.to_owned(), message };
-    let file: File = toml::from_str(&text).map_err(|e| wrong(e.to_string()))?;
+    let file: File = toml::from_str(&text).map_err(|error| IdentifyError::of_toml(path, &text, &error))?;
     let Some(table) = file.identified else {
         return Err(
             wrong(format!("missing table [{TABLE}]. Give the model.toml that `stickslip identify` wrote.")).into()

@@ -10,10 +10,10 @@ use super::curve::{number, of};
 use super::measurements::Measurements;
 use super::protocol::Quantity;
 use super::rendered::{KeyEstimate, Picture};
-use stickslip_base::Error;
 use stickslip_base::figure::{Axis, Figure, Role, Series};
 use stickslip_base::preset::Model;
 use stickslip_base::report::{Cell, Report, Section};
+use stickslip_base::{Error, input};
 use stickslip_experiment::Part;
 use stickslip_experiment::workflow::measure::Outcome;
 use stickslip_experiment::workflow::measure::breakaway::{RATE, REST, TORQUE};
@@ -185,7 +185,7 @@ fn of_folder(folder: &Path) -> Result<BreakawayMeasurement, Error> {
         }
     }
     let file = folder.join("summary.json");
-    let text = std::fs::read_to_string(&file).map_err(|source| Error::file(&file, "read", source))?;
+    let text = input::text(&file, input::RESULT)?;
     // An invalid summary has no results.
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     for (result, path) in OWN {

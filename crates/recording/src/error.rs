@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use stickslip_base::excerpt::{excerpt, list, message};
+
 /// An error of a recording or a capture, in addition to those of every crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -13,7 +15,7 @@ pub enum RecordingError {
         path: PathBuf,
     },
     /// A row that does not match its header.
-    #[error("{}:{line}: {fault}. Correct or remove the row.", path.display())]
+    #[error("{}:{line}: {}. Correct or remove the row.", path.display(), message(fault))]
     BadRow {
         /// The file.
         path: PathBuf,
@@ -23,8 +25,8 @@ pub enum RecordingError {
         fault: String,
     },
     /// A cell that is not a finite number.
-    #[error("{}:{line}: column `{column}` holds \"{text}\", not a finite number. Write numbers with a decimal point, \
-        or remove the rows without a value.", path.display())]
+    #[error("{}:{line}: column `{}` holds \"{}\", not a finite number. Write numbers with a decimal point, \
+        or remove the rows without a value.", path.display(), excerpt(column), excerpt(text))]
     BadCell {
         /// The file.
         path: PathBuf,
@@ -36,8 +38,8 @@ pub enum RecordingError {
         text: String,
     },
     /// A column that the recording does not have.
-    #[error("{}: unknown column `{name}`. Columns: {}. Did you mean `{nearest}`? Set its name under [columns] in the \
-        machine file.", path.display(), columns.join(", "))]
+    #[error("{}: unknown column `{}`. Columns: {}. Did you mean `{}`? Set its name under [columns] in the machine file.",
+        path.display(), excerpt(name), list(columns), excerpt(nearest))]
     MissingColumn {
         /// The file.
         path: PathBuf,
@@ -65,7 +67,7 @@ pub enum RecordingError {
         remedy: &'static str,
     },
     /// An invalid trigger.
-    #[error("trigger \"{text}\", column {column}: {fault}. {remedy}")]
+    #[error("trigger \"{}\", column {column}: {}. {}", excerpt(text), message(fault), message(remedy))]
     Trigger {
         /// The trigger in words.
         text: String,

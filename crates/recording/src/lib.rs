@@ -35,7 +35,7 @@ use std::path::{Path, PathBuf};
 pub use error::RecordingError;
 pub use time::{Spacing, resample};
 
-use stickslip_base::Error;
+use stickslip_base::{Error, excerpt::excerpt, input};
 
 /// Columns of equal length, with their lines in the file for messages.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,15 +81,23 @@ impl Recording {
     /// A file that cannot be read, is of another kind, has no rows, or has rows of different length.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let failed = |source| Error::file(path, "read", source);
-        let bytes = std::fs::read(path).map_err(failed)?;
+        let bytes = input::read(path, input::RECORDING)?;
         if bytes.starts_with(b"PAR1") {
+            if input::is_standard_input(path) {
+                return Err(unreadable(path, "Parquet from standard input is not supported", "Save it as a file."));
+            }
             return parquet::read(path);
         }
         if !bytes.starts_with(&[0x1f, 0x8b]) {
             return Self::parse(path, &bytes);
         }
         let mut inner = Vec::new();
-        flate2::read::MultiGzDecoder::new(bytes.as_slice()).read_to_end(&mut inner).map_err(failed)?;
+        let most = input::RECORDING.bytes();
+        let unpacked = flate2::read::MultiGzDecoder::new(bytes.as_slice());
+        unpacked.take(most + 1).read_to_end(&mut inner).map_err(failed)?;
+        if inner.len() as u64 > most {
+            return Err(input::RECORDING.exceeded(path, None));
+        }
         Self::parse(path, &inner)
     }
 
@@ -168,7 +176,9 @@ impl Recording {
     pub fn column(&self, name: &str) -> Result<&Column, Error> {
         let mut matches = self.columns.iter().filter(|c| c.name == name);
         let Some(column) = matches.next() else {
-            let likeness = |c: &&Column| (strsim::jaro_winkler(&c.name, name) * 1e6) as u64;
+            // The comparison takes time with the product of the lengths.
+            let short = |text: &str| text.chars().take(100).collect::<String>();
+            let likeness = |c: &&Column| (strsim::jaro_winkler(&short(&c.name), &short(name)) * 1e6) as u64;
             return Err(RecordingError::MissingColumn {
                 path: self.path.clone(),
                 name: name.to_owned(),
@@ -208,7 +218,7 @@ impl Recording {
 
     /// The error of a column with implausible numbers.
     pub fn doubtful(&self, column: &str, fault: &str, remedy: &str) -> Error {
-        unreadable(&self.path, &format!("column `{column}` {fault}"), remedy)
+        unreadable(&self.path, &format!("column `{}` {fault}", excerpt(column)), remedy)
     }
 }
 

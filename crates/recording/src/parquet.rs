@@ -11,7 +11,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::{Column, Recording, unreadable};
-use stickslip_base::Error;
+use stickslip_base::{Error, input};
 
 /// Reads flat columns of numbers and time stamps; other columns are omitted. Empty cells are faults of their column.
 pub(super) fn read(path: &Path) -> Result<Recording, Error> {
@@ -19,7 +19,7 @@ pub(super) fn read(path: &Path) -> Result<Recording, Error> {
         let remedy = "Write it again, uncompressed or with Snappy.";
         unreadable(path, &error.to_string(), remedy)
     };
-    let file = File::open(path).map_err(|source| Error::file(path, "read", source))?;
+    let file = input::open(path, input::RECORDING)?;
     let file = SerializedFileReader::new(file).map_err(failed)?;
     let units = units(&file);
     let schema = file.metadata().file_metadata().schema_descr_ptr();

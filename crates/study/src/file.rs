@@ -6,13 +6,14 @@ use serde::Deserialize;
 use toml_edit::Document;
 
 use super::check::Checked;
-use super::plan::of_entrant;
+use super::plan::{LONGEST_CASE, of_entrant};
 use super::{Plan, sobol};
 use crate::benchmark::{Entrant, MANOEUVRES, Manoeuvre};
-use stickslip_base::Error;
+use stickslip_base::excerpt::parser_message;
 use stickslip_base::parameters::schema::nearest;
 use stickslip_base::parameters::{self, Fault, ParameterProblems, Problem, presets};
 use stickslip_base::preset::Preset;
+use stickslip_base::{Error, input};
 use stickslip_fit::uncertainty;
 
 /// Contents of the file.
@@ -123,6 +124,12 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
 /// Parameter of the step; a study that states it has no tolerance.
 const STEP: &str = "bench.plant_step";
 
+/// Largest number of axes, and of fits.
+const MOST_AXES: usize = 200;
+/// Longest study [s of simulated time]: months of computation on a large computer.
+const LONGEST_STUDY: f64 = 1e9;
+/// Unknown keys of a table that are reported.
+const MOST_UNKNOWN: usize = 20;
 /// Largest number of seeds or places.
 const REPEATS: u64 = 1000;
 
@@ -132,7 +139,7 @@ const REPEATS: u64 = 1000;
 /// [`Error::File`]; [`Error::Parameters`] with unknown keys and paths, and with values that the preset does not admit;
 /// [`Error::Document`] with contradictions in the file or in that of a fit; errors of reading preset and controller.
 pub fn read(path: &Path) -> Result<Plan, Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
+    let text = input::text(path, input::TEXT)?;
     Text { path, text: &text, has_lines: true }.plan(None)
 }
 
@@ -150,7 +157,7 @@ impl Text<'_> {
         self.known_keys()?;
         let stated: Stated = toml::from_str(self.text).map_err(|error| {
             let place = error.span().and_then(|span| self.place(span.start));
-            let reason = error.message().trim().replace('\n', ", ");
+            let reason = parser_message(error.message());
             Error::Document {
                 path: self.path.into(),
                 place,
@@ -198,13 +205,46 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
         design: super::Design::Grid,
         threads: std::thread::available_parallelism().map_or(1, usize::from),
     };
+    check_axes(stated, source)?;
     let fits = stated.fit.iter().map(|fit| uncertainty::read(&fit.file)).collect::<Result<_, _>>()?;
     let checked = Checked { stated, source, fits, preset: plan.stated() };
     plan.design = checked.design()?;
     plan.axes = checked.axes(&plan)?;
     let cases = plan.cases()?;
     check_sequence(&plan, cases, source)?;
+    check_duration(&plan, cases, source)?;
     Ok(plan)
+}
+
+/// Refuses a number of axes that no study needs: the place of each takes a pass over the text.
+fn check_axes(stated: &Stated, source: &Text<'_>) -> Result<(), Error> {
+    for (key, count) in [("axis", stated.axis.len()), ("fit", stated.fit.len())] {
+        if count > MOST_AXES {
+            let reason = format!("{count} tables [[{key}]]; the limit is {MOST_AXES}");
+            return Err(source.wrong(key, reason, "Keep the parameters that matter, or divide the study."));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a study that would take years, with the numbers that make it long.
+fn check_duration(plan: &Plan, cases: u64, source: &Text<'_>) -> Result<(), Error> {
+    let case = plan.case_time(&plan.preset);
+    if case.is_nan() || case > LONGEST_CASE {
+        let reason = format!(
+            "seeds = {} and places = {} take {case:.3e} s of simulated time a case; the limit is {LONGEST_CASE:.0e} s",
+            plan.seeds, plan.places
+        );
+        return Err(source.wrong("manoeuvres", reason, "Use fewer seeds and places, or fewer manoeuvres."));
+    }
+    let all = case * cases as f64;
+    if all > LONGEST_STUDY {
+        let reason = format!(
+            "{cases} cases of {case:.1} s take {all:.3e} s of simulated time; the limit is {LONGEST_STUDY:.0e} s"
+        );
+        return Err(source.wrong("design", reason, "Use fewer samples, fewer values of the axes, or fewer seeds."));
+    }
+    Ok(())
 }
 
 /// The manoeuvres, each once and at least one.
@@ -359,6 +399,7 @@ impl Text<'_> {
             let fault = Fault::Unknown { nearest, known: known.to_vec() };
             Problem { line, path: format!("{group}{key}"), fault }
         };
-        table.iter().map(|(key, _)| key).filter(|key| !known.contains(key)).map(problem).collect()
+        // The place of each takes a pass over the text.
+        table.iter().map(|(key, _)| key).filter(|key| !known.contains(key)).take(MOST_UNKNOWN).map(problem).collect()
     }
 }

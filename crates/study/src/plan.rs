@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Axis, Design, Work, axis};
-use crate::benchmark::{Entrant, Manoeuvre, Measure};
+use crate::benchmark::{Entrant, Manoeuvre, Measure, simulated_time};
 use stickslip_base::parameters::within;
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
@@ -41,6 +41,9 @@ const MOST_CASES: u64 = 1_000_000_000;
 
 /// Parts of a preset that an entrant replaces.
 const OF_ENTRANT: [&str; 5] = ["bench.controller", "bench.filter", "bench.shaper", "bench.compensation", "bench.hold"];
+
+/// Longest case [s of simulated time]: an hour and more of computation.
+pub(super) const LONGEST_CASE: f64 = 1e5;
 
 /// Whether an entrant replaces a parameter.
 pub(super) fn of_entrant(path: &str) -> bool {
@@ -81,6 +84,19 @@ impl Plan {
     pub fn grid(&self) -> Option<Vec<&[f64]>> {
         let is_grid = self.design == Design::Grid;
         self.axes.iter().map(|axis| axis.spread.listed().filter(|_| is_grid)).collect()
+    }
+
+    /// Simulated time of a case on a machine [s].
+    pub(super) fn case_time(&self, preset: &Preset<f64>) -> f64 {
+        self.runs().map(|(manoeuvre, _, chance)| simulated_time(manoeuvre, preset, chance)).sum()
+    }
+
+    /// Simulated time of all cases with the values of the preset [s].
+    ///
+    /// # Errors
+    /// As [`cases`](Self::cases).
+    pub fn simulated_time(&self) -> Result<f64, Error> {
+        Ok(self.case_time(&self.preset) * self.cases()? as f64)
     }
 
     /// Values of the axes in a case, counted from 0.

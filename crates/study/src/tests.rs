@@ -217,6 +217,16 @@ fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
         let message = axis(text);
         assert!(message.contains(expected), "{text}\n{message}");
     }
+    let sampled = |keys: &str, design: &str| {
+        let axis = "[[axis]]\npath = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]\n";
+        refused(&format!("manoeuvres = [\"creep\"]\n{keys}\n[design]\n{design}\n{axis}"))
+    };
+    let long = sampled("", "kind = \"latin-hypercube\"\nsamples = 1_000_000_000");
+    assert!(long.contains("1000000000 cases of 10.3 s") && long.contains("the limit is 1e9 s"), "{long}");
+    let long = sampled("seeds = 1000", "kind = \"sobol\"\nsamples = 1_000_000");
+    assert!(long.contains("the limit is 1e9 s. Use fewer samples"), "{long}");
+    let many = format!("manoeuvres = [\"creep\"]\n{}", "[[axis]]\npath = \"a\"\n".repeat(20_000));
+    assert!(refused(&many).contains("20000 tables [[axis]]; the limit is 200"), "{}", refused(&many));
     assert!(refused("manoeuvres = []\n").contains("each manoeuvre once"));
     assert!(refused("manoeuvres = [\"creep\"]\n").contains("there is no axis"));
     assert!(refused("manoeuvres = [\"crawl\"]\n").contains("unknown manoeuvre crawl"));

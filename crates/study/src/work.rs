@@ -5,11 +5,11 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::plan::of_entrant;
+use super::plan::{LONGEST_CASE, of_entrant};
 use super::step_size::coarsest;
 use super::table::{Columns, Row, Writer};
 use super::{Axis, Design, Plan};
-use crate::benchmark::{Entrant, MANOEUVRES, Manoeuvre, simulated_time};
+use crate::benchmark::{Entrant, MANOEUVRES, Manoeuvre};
 use stickslip_base::parameters::{self, flatten};
 use stickslip_base::preset::{ControllerChoice, Preset};
 use stickslip_base::statistics::splitmix;
@@ -48,7 +48,7 @@ pub struct Work {
 impl Work {
     pub(super) fn new(plan: Plan, tuned: Option<ControllerChoice<f64>>) -> Result<Self, Error> {
         let cases = plan.cases()?;
-        let time: f64 = plan.runs().map(|(manoeuvre, _, chance)| simulated_time(manoeuvre, &plan.preset, chance)).sum();
+        let time = plan.case_time(&plan.preset);
         // At most a hundredth of all cases; work of unknown duration is divided as finely as possible.
         let size = (cases / 100).min((PART_TIME / time) as u64).max(cases / PARTS).clamp(PART[0], PART[1]);
         let (columns, follows_from) = (Columns::of(&plan), follows_from(&plan, tuned));
@@ -128,6 +128,12 @@ impl Work {
             preset.bench.plant_step = preset.bench.plant_step.min(coarsest);
         }
         parameters::check(&preset, &format!("case {}", case + 1))?;
+        let time = self.plan.case_time(&preset);
+        if time.is_nan() || time > LONGEST_CASE {
+            let remedy = "Keep the speed and acceleration of the drive away from 0, or use fewer seeds.";
+            let (name, unit) = ("the simulated time of a case", "s");
+            return Err(Error::OutOfRange { name, value: time, unit, minimum: 0.0, maximum: LONGEST_CASE, remedy });
+        }
         Ok(preset)
     }
 

@@ -60,7 +60,8 @@ impl DesignCommand {
         let is_desired = |setting: &&Setting| setting.path.starts_with("desired.");
         let bench = self.set.iter().filter(|setting| !is_desired(setting));
         let mut preset = source::preset(&self.preset, bench.map(|s| (s.path.as_str(), s.value.as_str())))?;
-        let from = presets::find(&self.from)?;
+        let remedy = "Give the fit.toml that `stickslip fit` or `stickslip friction` wrote, or a preset.";
+        let from = presets::find(&self.from)?.stating("model.own", remedy)?;
         let source: Preset<f64> = from.read()?;
         if from.states("bench.desired") {
             preset.bench.desired = source.bench.desired;

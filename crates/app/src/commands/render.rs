@@ -46,9 +46,12 @@ pub(crate) struct RenderCommand {
 
 impl RenderCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        let own = presets::find(&self.own)?;
+        let remedy = "Give the fit.toml that `stickslip fit` or `stickslip friction` wrote, or a preset.";
+        let own = presets::find(&self.own)?.stating("model.own", remedy)?;
         let measured: Preset<f64> = own.read()?;
-        let desired: Preset<f64> = presets::find(&self.desired)?.read()?;
+        let desired: Preset<f64> = presets::find(&self.desired)?
+            .stating("bench.desired", "Give the desired.toml that `stickslip design` wrote, or a preset.")?
+            .read()?;
         let linings = own.states("plant.wheel.preload").then(|| measured.plant.wheel.preload.to_string());
         let linings = linings.iter().map(|preload| ("plant.wheel.preload", preload.as_str()));
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));

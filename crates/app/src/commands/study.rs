@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use stickslip::Watch;
+use stickslip::quantity::rough;
 use stickslip::study::{read, run_study};
 
 use crate::failure::Failure;
@@ -28,11 +29,23 @@ pub(crate) struct Study {
     pub(crate) shown: OutputOptions,
 }
 
+/// Simulated time above which a study is announced [s]: it runs for minutes before its first result.
+const LONG: f64 = 1800.0;
+
 impl Study {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let mut plan = read(&self.file)?;
         if self.threads > 0 {
             plan.threads = self.threads;
+        }
+        let time = plan.simulated_time()?;
+        if time > LONG {
+            let cases = plan.cases()?;
+            let line = format!(
+                "Cases: {cases}; simulated time: {} h. Ctrl-C stops, the same command resumes.",
+                rough(time / 3600.0)
+            );
+            self.shown.print_line(out, &line)?;
         }
         let findings = run_study(&plan, &self.out, watch)?.findings()?;
         let summary = findings.write(&self.out, &source::command_line())?;

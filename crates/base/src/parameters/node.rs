@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use toml_edit::{Item, TableLike, Value};
 
+use crate::excerpt::excerpt;
+
 /// A part of a document with its place in the text.
 pub(super) struct Node<'a> {
     pub(super) span: Option<Range<usize>>,
@@ -48,7 +50,7 @@ impl<'a> Node<'a> {
         match &self.content {
             Content::Table(_) => "a table".into(),
             Content::List(list) => format!("a list of {}", list.len()),
-            Content::Value(Value::String(text)) => format!("the string {:?}", text.value()),
+            Content::Value(Value::String(text)) => format!("the string \"{}\"", excerpt(text.value())),
             Content::Value(Value::Integer(number)) => format!("the number {}", number.value()),
             Content::Value(Value::Float(number)) => format!("the number {}", number.value()),
             Content::Value(Value::Boolean(flag)) => format!("the flag {}", flag.value()),

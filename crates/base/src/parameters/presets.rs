@@ -6,7 +6,8 @@ use stickslip_core::fields::Fields;
 
 use super::read::read;
 use super::schema::nearest;
-use crate::Error;
+use super::{IDENTIFIED, UNCERTAINTY};
+use crate::{Error, input};
 
 /// The built-in presets: name and text.
 const PRESETS: &[(&str, &str)] = &[
@@ -35,6 +36,20 @@ impl Source {
             value = value.and_then(|value| value.get(key).cloned());
         }
         value.is_some()
+    }
+
+    /// The source, if its text has a value or a table at a dotted path: a file holds what it is given for, and the rest
+    /// of the parameters would otherwise be defaults without notice. A built-in preset is complete with its defaults.
+    ///
+    /// # Errors
+    /// [`Error::Document`] with the missing table; an invalid file is left to [`read`](Self::read).
+    pub fn stating(self, path: &str, remedy: &'static str) -> Result<Self, Error> {
+        let is_built_in = PRESETS.iter().any(|(_, text)| *text == self.text);
+        if is_built_in || self.states(path) || self.text.parse::<toml::Table>().is_err() {
+            return Ok(self);
+        }
+        let reason = format!("missing table [{path}]");
+        Err(Error::Document { path: self.file.into(), place: None, reason, remedy })
     }
 
     /// The parameters in it.
@@ -70,8 +85,25 @@ fn find_among(presets: &[(&'static str, &str)], name_or_path: &str) -> Result<So
         let nearest = nearest(name_or_path, known.iter().copied());
         return Err(Error::UnknownPreset { name: name_or_path.into(), nearest, known });
     }
-    let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
+    let text = input::text(path, input::TEXT)?;
+    if text.parse().is_ok_and(|table: toml::Table| !has_parameters(&table)) {
+        let reason = "it has no parameter".into();
+        let remedy =
+            "Give a file with values under [plant], [model] or [bench]; `stickslip params write clm-bench` prints one.";
+        return Err(Error::Document { path: path.into(), place: None, reason, remedy });
+    }
     Ok(Source { file: name_or_path.into(), text })
+}
+
+/// Whether a file has a value, known or not, besides the results of an identification or a fit.
+fn has_parameters(table: &toml::Table) -> bool {
+    let is_result = |key: &str| [IDENTIFIED, UNCERTAINTY].contains(&key);
+    table.iter().any(|(key, value)| !is_result(key) && has_value(value))
+}
+
+/// Whether there is a value in a table or in one below it.
+fn has_value(value: &toml::Value) -> bool {
+    value.as_table().is_none_or(|table| table.values().any(has_value))
 }
 
 fn first_comment(text: &'static str) -> &'static str {
@@ -92,6 +124,22 @@ mod tests {
             let back: Preset<f64> = read(&write_commented(&preset), name).unwrap_or_else(|error| panic!("{error}"));
             assert!(diff(&preset, &back).is_empty(), "{name}: {:?}", diff(&preset, &back));
         }
+    }
+
+    #[test]
+    fn a_file_without_parameters_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("empty.toml");
+        for text in ["", "# A comment.\n", "[plant]\n[model.own]\n", "[identified]\nmass = 1.0\n"] {
+            std::fs::write(&path, text).unwrap();
+            let message = find(path.to_str().unwrap()).unwrap_err().to_string();
+            assert!(message.contains("empty.toml: it has no parameter. Give a file with values"), "{text}: {message}");
+        }
+        std::fs::write(&path, "[bench]\ntick_rate = 2000\n").unwrap();
+        assert!(find("clm-bench").unwrap().stating("model.own", "").is_ok());
+        let source = find(path.to_str().unwrap()).unwrap();
+        let message = source.stating("model.own", "Give a fit.toml.").unwrap_err().to_string();
+        assert!(message.ends_with("empty.toml: missing table [model.own]. Give a fit.toml."), "{message}");
     }
 
     #[test]

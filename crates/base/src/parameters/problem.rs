@@ -5,6 +5,7 @@ use std::fmt;
 use stickslip_core::fields::{Field, ParameterError, Variant};
 
 use super::number;
+use crate::excerpt::excerpt;
 
 /// All problems of one file.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,51 +129,56 @@ impl std::error::Error for ParameterProblems {}
 
 impl fmt::Display for ParameterProblems {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let mut written = 0;
         for (index, problem) in self.problems.iter().enumerate() {
-            if index > 0 {
-                writeln!(f)?;
+            let text = problem.text(&self.file);
+            if index > 0 && written + text.len() > LONGEST {
+                return write!(f, "\nFurther problems: {}.", self.problems.len() - index);
             }
-            problem.write(f, &self.file)?;
+            written += text.len();
+            write!(f, "{}{text}", if index > 0 { "\n" } else { "" })?;
         }
         Ok(())
     }
 }
 
+/// Length of all problems in a message above which the rest is only counted [bytes].
+const LONGEST: usize = 1500;
+
 impl Problem {
     /// One line: the problem with both values, place, remedy.
-    fn write(&self, f: &mut fmt::Formatter, file: &str) -> fmt::Result {
-        let path = &self.path;
+    fn text(&self, file: &str) -> String {
+        let path = excerpt(&self.path);
         let place = self.line.map_or_else(|| file.to_string(), |line| format!("{file}:{line}"));
         match &self.fault {
             Fault::Syntax { message } => {
-                write!(f, "{place} is not TOML: {message}. Write `name = value` lines below [table] headings.")
+                format!("{place} is not TOML: {message}. Write `name = value` lines below [table] headings.")
             }
             Fault::Unknown { nearest: Some(nearest), .. } => {
-                write!(f, "unknown parameter {path} ({place}). Did you mean {nearest}?")
+                format!("unknown parameter {path} ({place}). Did you mean {}?", excerpt(nearest))
             }
             Fault::Unknown { nearest: None, known } => {
-                write!(f, "unknown parameter {path} ({place}). Parameters of this table: {}.", known.join(", "))
+                format!("unknown parameter {path} ({place}). Parameters of this table: {}.", known.join(", "))
             }
-            Fault::OtherVariant { tag, chosen, owner } => write!(
-                f,
+            Fault::OtherVariant { tag, chosen, owner } => format!(
                 "{path} does not belong to {tag} = \"{chosen}\" ({place}). Choose \"{owner}\", which has it, or delete it."
             ),
             Fault::UnknownVariant { value, variants } => {
-                write!(f, "{path} = \"{value}\" is unknown ({place}). Choose one of: {}.", variants.join(", "))
+                format!("{path} = \"{}\" is unknown ({place}). Choose one of: {}.", excerpt(value), variants.join(", "))
             }
-            Fault::WrongType { expected, got } => write!(f, "{path} is {got} ({place}). Write {expected}."),
+            Fault::WrongType { expected, got } => format!("{path} is {got} ({place}). Write {expected}."),
             Fault::OutOfRange { value, minimum, maximum, default, unit } => {
                 let (number, range) = (number::with_unit(*value, unit), number::range(*minimum, *maximum, unit));
                 let remedy = range_remedy(*value, *minimum..=*maximum, *default, unit);
-                write!(f, "{path} = {number} is outside {range} ({place}). {remedy}")
+                format!("{path} = {number} is outside {range} ({place}). {remedy}")
             }
             Fault::NotFinite { value, minimum, maximum, unit } => {
                 let range = number::range(*minimum, *maximum, unit);
-                write!(f, "{path} = {value} is not finite ({place}). Write a number within {range}.")
+                format!("{path} = {value} is not finite ({place}). Write a number within {range}.")
             }
             Fault::NotWhole { value, unit } => {
                 let (number, rounded) = (number::with_unit(*value, unit), number::with_unit(value.round(), unit));
-                write!(f, "{path} = {number} is not a whole number ({place}). Write {rounded}, for example.")
+                format!("{path} = {number} is not a whole number ({place}). Write {rounded}, for example.")
             }
             Fault::Law { law, unit } => {
                 // A bound is computed: it is rounded unless the difference is in its last digits.
@@ -181,7 +187,7 @@ impl Problem {
                     _ => law.bound,
                 };
                 let (value, bound) = (number::with_unit(law.value, unit), number::with_unit(bound, unit));
-                write!(f, "{path} = {value} must be {} {bound} ({place}). {}", law.relation, law.remedy)
+                format!("{path} = {value} must be {} {bound} ({place}). {}", law.relation, law.remedy)
             }
         }
     }

@@ -12,6 +12,7 @@ use super::node::{Content, Node};
 use super::problem::{Fault, ParameterProblems, Problem};
 use super::schema::{Description, nearest, schema};
 use super::{IDENTIFIED, UNCERTAINTY};
+use crate::excerpt::parser_message;
 
 /// Reads parameters; values that are not in the text keep their defaults.
 ///
@@ -65,7 +66,7 @@ pub(super) fn scan(text: &str, shape: Shape) -> Contents {
         Ok(document) => contents.group(text, document.as_table(), shape, ""),
         Err(error) => {
             let line = error.span().map(|span| line(text, span.start));
-            let message = error.message().trim().replace('\n', ", ");
+            let message = parser_message(error.message());
             contents.problems.push(Problem { line, path: String::new(), fault: Fault::Syntax { message } });
         }
     }
@@ -76,6 +77,9 @@ pub(super) fn scan(text: &str, shape: Shape) -> Contents {
 fn line(text: &str, offset: usize) -> usize {
     1 + text.bytes().take(offset).filter(|byte| *byte == b'\n').count()
 }
+
+/// Problems of a text that are reported; a file of another kind may have a million.
+const MOST_PROBLEMS: usize = 100;
 
 /// Former names of variants, accepted until 0.2, and the current ones.
 const FORMER: [(&str, &str); 1] = [("point-topoint", "point-to-point")];
@@ -95,6 +99,10 @@ impl Contents {
     }
 
     fn report(&mut self, text: &str, path: &str, fault: Fault) {
+        // The place of each problem takes a pass over the text.
+        if self.problems.len() >= MOST_PROBLEMS {
+            return;
+        }
         self.problems.push(Problem { line: self.line_of(text, path), path: path.into(), fault });
     }
 
@@ -187,6 +195,9 @@ impl Contents {
     }
 
     fn unknown(&self, key: &str, path: &str, names: Vec<&'static str>) -> Fault {
+        if self.problems.len() >= MOST_PROBLEMS {
+            return Fault::Unknown { nearest: None, known: names };
+        }
         let here = nearest(key, names.iter().copied())
             .map(|name| path.rsplit_once('.').map_or(name.into(), |(group, _)| join(group, name)));
         // The correct name in another table.

@@ -106,8 +106,15 @@ pub(super) fn holds_numbers(shape: Shape) -> bool {
     }
 }
 
+/// Longest name that is compared with the known ones [bytes].
+const LONGEST: usize = 200;
+
 /// The most similar name, if one is similar enough.
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    // The comparison takes time and memory with the product of the lengths, and no known name is as long.
+    if name.len() > LONGEST {
+        return None;
+    }
     known
         .map(|candidate| (strsim::normalized_damerau_levenshtein(name, candidate), candidate))
         .filter(|(likeness, _)| *likeness >= 0.6)

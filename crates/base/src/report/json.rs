@@ -9,7 +9,7 @@ use serde_json::error::Category;
 use serde_json::ser::Formatter;
 
 use super::Report;
-use crate::Error;
+use crate::{Error, input};
 
 const SCHEMA: &str = "stickslip.report/1";
 /// Common start of the schemas of all versions.
@@ -63,7 +63,7 @@ impl Report {
     /// [`Error::File`] if there is none, [`Error::Document`] if it is not a report.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let file = if path.is_dir() { path.join("report.json") } else { path.into() };
-        let text = std::fs::read_to_string(&file).map_err(|source| Error::file(&file, "read", source))?;
+        let text = input::text(&file, input::RESULT)?;
         Self::parse(&text, &file)
     }
 

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use super::fmu::is_fmu;
 use super::{External, Role, hash};
-use stickslip_base::Error;
+use stickslip_base::{Error, input};
 
 /// File of an external controller, friction or law, with its options.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -86,6 +86,10 @@ impl ExternalFile {
 
 /// The library of a file; a function in Python is compiled.
 fn library(file: &Path, folder: &Path, progress: &mut dyn FnMut(&str)) -> Result<PathBuf, Error> {
+    if file.exists() {
+        // A folder, device or pipe is refused by its kind, before a program waits for its end.
+        input::open(file, input::PROGRAM)?;
+    }
     if file.extension().is_none_or(|ending| ending != "py") {
         return Ok(file.into());
     }

@@ -23,7 +23,6 @@ mod watchdog;
 mod wire;
 
 use crate::BenchError;
-use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 use std::time::Duration;
@@ -41,7 +40,7 @@ use stickslip_rt::{Durations, Quantiles};
 pub use stickslip_rt::{ModuleParameter, ModuleSample};
 
 use stickslip_base::parameters::schema::nearest;
-use stickslip_base::{Error, output};
+use stickslip_base::{Error, input, output};
 
 /// Time budget of a call [ns]; longer calls are counted.
 pub const BUDGET: u64 = 10_000;
@@ -450,7 +449,7 @@ pub fn read(time: f64, input: &AxisControlInput<f64>) -> ModuleSample {
 /// SHA-256 of a file.
 fn hash(path: &Path) -> Result<String, Error> {
     let refused = |source| Error::file(path, "read", source);
-    let mut file = File::open(path).map_err(refused)?;
+    let mut file = input::open(path, input::PROGRAM)?;
     let (mut digest, mut piece) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut piece).map_err(refused)? {

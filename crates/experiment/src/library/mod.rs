@@ -17,8 +17,9 @@ use stickslip_core::fields::{Field, Fields as _, Relation, Walk, at_most};
 use stickslip_core::friction::{Bristles, Dahl, ElastoPlastic, Friction, Model, Rest, Stribeck, Temperature};
 use stickslip_core::scalar::Scalar;
 
+use stickslip_base::excerpt::parser_message;
 use stickslip_base::parameters::{self, describe};
-use stickslip_base::{Error, Preset};
+use stickslip_base::{Error, Preset, input};
 
 /// Built-in entries: name and text.
 const ENTRIES: &[(&str, &str)] = &[
@@ -115,7 +116,7 @@ pub fn find(name_or_path: &str) -> Result<Entry, Error> {
         });
     }
     let path = Path::new(name_or_path);
-    let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
+    let text = input::text(path, input::TEXT)?;
     read(name_or_path, &text, name_or_path)
 }
 
@@ -125,7 +126,7 @@ fn read(name: &str, text: &str, file: &str) -> Result<Entry, Error> {
         about: About,
     }
     let broken = |problem: String| ExperimentError::Library { file: file.into(), problem };
-    let Described { about } = toml::from_str(text).map_err(|error| broken(error.to_string().trim().into()))?;
+    let Described { about } = toml::from_str(text).map_err(|error| broken(parser_message(error.message())))?;
     // A deviation requires a parameter of this path.
     for path in about.deviations.keys() {
         describe::<Identified<f64>>(path)?;

@@ -325,7 +325,7 @@ mod tests {
     #[test]
     fn an_invalid_reference_point_is_refused() {
         let refusal = |points: &[[f64; 2]]| through_points(points, &Stribeck::default()).unwrap_err().to_string();
-        assert!(refusal(&[[1.0, 0.2], [-1.0, 0.2]]).starts_with("point 1 of the friction curve: velocity = -1."));
+        assert!(refusal(&[[1.0, 0.2], [-1.0, 0.2]]).starts_with("point 2 of the friction curve: velocity = -1."));
         assert!(refusal(&[[1.0, f64::NAN]]).contains("torque = NaN. Friction brakes"));
         assert!(refusal(&[]).contains("too few reference points: 0; at least 1 required"));
     }

@@ -95,12 +95,17 @@ impl Fitted {
             Side::Both => true,
         };
         let points: Vec<CurvePoint> = points.iter().filter(counts).copied().collect();
-        let fit = fit_stribeck(&points, &StribeckPlan { side, ..plan })?;
+        let plan = StribeckPlan { side, ..plan };
+        let fit = fit_stribeck(&points, &plan)?.or_coulomb(&points, &plan)?;
         Ok(Fitted { name, points, side, weighted, fit })
     }
 
     /// Plateaus that narrow the interval of the least certain parameter most: its index and the plateaus.
     pub fn advice(&self) -> (usize, Addition) {
+        if self.fit.is_coulomb() {
+            // More of the same speeds do not show a drop; the finding names the slower ones.
+            return (0, Addition { speeds: Vec::new(), shrinks_to: [1.0; 4] });
+        }
         let width = |i: usize| (self.fit.ci95[i][1] - self.fit.ci95[i][0]) / self.fit.parameters[i];
         let worst = (0..4).max_by(|a, b| width(*a).total_cmp(&width(*b))).unwrap_or(0);
         let mut errors: Vec<f64> = self.points.iter().map(|point| point.standard_error).collect();
@@ -198,7 +203,7 @@ impl FrictionFits {
     fn no_fragment(&self) -> Option<&'static str> {
         match self.fits.as_slice() {
             _ if self.axis == Axis::Linear => Some("a parameter file requires a rotary axis, and this axis is linear"),
-            [one] if (0..4).any(|parameter| !one.fit.knows(parameter)) => {
+            [one] if !one.fit.is_coulomb() && (0..4).any(|parameter| !one.fit.knows(parameter)) => {
                 Some("the points do not determine all four parameters; the notes name the missing measurements")
             }
             [one] if one.side == Side::Both => None,
@@ -228,7 +233,11 @@ impl FrictionFits {
         {
             writeln!(text, "{key} = {value:?} # {estimate}").expect("writing to a string cannot fail");
         }
-        text += &JointDistribution::of_fit(&one.fit, "model.own").to_toml();
+        if one.fit.is_coulomb() {
+            text += "# No Stribeck drop in this data: breakaway torque equal to the kinetic torque, Stribeck velocity without effect.\n";
+        } else {
+            text += &JointDistribution::of_fit(&one.fit, "model.own").to_toml();
+        }
         parameters::read::<Preset<f64>>(&text, "fit.toml")?;
         Ok(Ok(text))
     }

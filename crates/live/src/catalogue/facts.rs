@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 use stickslip_core::fields::Field;
 
 use stickslip_base::report::Report;
-use stickslip_base::{Preset, parameters};
+use stickslip_base::{Preset, input, parameters};
 use stickslip_bench::run::{BEGIN, PRESET};
 use stickslip_recording::mdf::Opened;
 
@@ -103,7 +103,7 @@ impl Facts {
     }
 
     fn of_summary(&mut self, folder: &Path) -> bool {
-        let Ok(text) = std::fs::read_to_string(folder.join("summary.json")) else { return false };
+        let Ok(text) = input::text(&folder.join("summary.json"), input::RESULT) else { return false };
         let Ok(summary) = serde_json::from_str::<Json>(&text) else { return false };
         if summary["schema"] != stickslip_base::summary::SCHEMA {
             return false;

@@ -7,7 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
-use stickslip_base::{Error, output};
+use stickslip_base::{Error, input, output};
 
 const SCHEMA: &str = "stickslip.run-label/1";
 
@@ -42,7 +42,7 @@ impl Label {
 
     /// Reads the label of a run's folder or file.
     pub(super) fn read(run: &Path) -> Option<Self> {
-        let text = std::fs::read_to_string(file(run)).ok()?;
+        let text = input::text(&file(run), input::RESULT).ok()?;
         serde_json::from_str(&text).ok().filter(|label: &Label| label.schema == SCHEMA)
     }
 

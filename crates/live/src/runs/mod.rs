@@ -15,7 +15,7 @@ use super::protocol::Answer;
 use super::{Live, lock};
 use crate::catalogue::{Catalogue, Details, Found, RunOrigin};
 use replay::Replay;
-use stickslip_base::{Error, Watch, output};
+use stickslip_base::{Error, Watch, input, output};
 use stickslip_bench::run::Stored;
 use stickslip_recording::export::{self, Part};
 
@@ -166,6 +166,6 @@ impl Live {
             name: run.to_string(),
             remedy: "The number is the start of a folder name in `runs`.".into(),
         })?;
-        std::fs::read_to_string(&page).map_err(|source| Error::file(&page, "read", source))
+        input::text(&page, input::RESULT)
     }
 }

@@ -39,7 +39,7 @@ pub use recovery::recover;
 pub use writer::Writer;
 
 use super::{Column, Recording, unreadable};
-use stickslip_base::Error;
+use stickslip_base::{Error, input};
 
 /// Description of a recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,7 +157,7 @@ pub struct Signal {
 /// # Errors
 /// A file that cannot be read, is damaged or cut, or is an unsupported kind of MDF.
 pub fn read(path: &Path) -> Result<Contents, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
+    let bytes = input::read(path, input::RECORDING)?;
     reader::contents(&bytes).map_err(|fault| fault.of(path))
 }
 
@@ -175,7 +175,7 @@ impl Opened {
     /// # Errors
     /// As [`read`].
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let mut bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
+        let mut bytes = input::read(path, input::RECORDING)?;
         let of = |fault: Fault| fault.of(path);
         let (complete, finished) = reader::complete(&bytes).map_err(of)?;
         if let Cow::Owned(repaired) = complete {

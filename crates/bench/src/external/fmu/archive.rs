@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, BufReader, Read as _};
 use std::path::{Component, Path, PathBuf};
 
+use stickslip_base::input;
 use tempfile::TempDir;
 use zip::ZipArchive;
 use zip::result::ZipError;
@@ -42,7 +43,7 @@ impl Archive {
     /// Opens the archive and checks the names of its files.
     pub(super) fn open(path: &Path, limits: Limits) -> Result<Self, String> {
         let broken = |error: ZipError| format!("not an FMU: invalid zip archive ({error})");
-        let file = File::open(path).map_err(|error| format!("it cannot be read ({error})"))?;
+        let file = input::open(path, input::PROGRAM).map_err(|error| error.to_string())?;
         let size = file.metadata().map_or(0, |about| about.len());
         if size > limits.archive {
             return Err(format!("it has {size} bytes; the maximum is {}", limits.archive));
@@ -139,7 +140,8 @@ fn inside(name: &str) -> Option<PathBuf> {
 /// Whether a file is an FMU, by its first bytes or by its extension.
 pub(in crate::external) fn is_fmu(path: &Path) -> bool {
     let mut begin = [0; 4];
-    let archive = File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
+    let archive = path.is_file()
+        && File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
         && (begin == *b"PK\x03\x04" || begin == *b"PK\x05\x06");
     archive || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("fmu"))
 }
