@@ -36,6 +36,7 @@ usage: cargo xtask COMMAND
                 test programs that passed with the same inputs do not run again, except with --all
   bench [NAME]  measure ratios to named peers: name, our time, the peer's time, peer / ours
   study [NAME]  run a study that is too long for the tests; default: list the studies
+                (study fuzz --minutes N: mutated files of every format, for N minutes)
   map           redraw the map of the crates in ARCHITECTURE.md
   dist          build the archive for a bare machine: target/dist/stickslip-VERSION-TARGET.tar.gz
   bless         rewrite the golden files from the current output; review the difference before the commit
@@ -49,6 +50,7 @@ pub fn run(arguments: &[&str]) -> Result<(), String> {
         ["bench"] => bench::bench(None),
         ["bench", name] => bench::bench(Some(name)),
         ["study"] => study::list(),
+        ["study", "fuzz", "--minutes", minutes] => study::fuzz(minutes),
         ["study", name] => study::study(name),
         ["map"] => map::map(),
         ["dist"] => dist::dist(),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-use crate::command::{Cargo, output};
+use crate::command::{Cargo, output, run};
 use crate::tree;
 use crate::workspace::{Kind, Workspace};
 
@@ -13,11 +13,16 @@ use crate::workspace::{Kind, Workspace};
 const PACKAGE: &str = "stickslip";
 /// The study whose page is written from the output of its test program.
 const GENERATED_C: &str = "generated-c";
+/// The study of mutated files, which runs as long as is requested.
+const FUZZ: &str = "fuzz";
+/// Its number of minutes, as an environment variable of the test program.
+const FUZZ_MINUTES: &str = "STICKSLIP_FUZZ_MINUTES";
 /// Folder of the results, relative to the root of the repository.
 const FOLDER: &str = "docs/studies";
 
 /// Studies that are test programs: their name, package, program, and the arguments of the program.
-const PROGRAMS: [(&str, &str, &str, &[&str]); 2] = [
+const PROGRAMS: [(&str, &str, &str, &[&str]); 3] = [
+    (FUZZ, "stickslip", "laboratory", &["--ignored", "--nocapture", "fuzz::"]),
     (GENERATED_C, "stickslip-codegen", "long", &[]),
     ("processor", "stickslip-agree", "all", &["--ignored", "processor::"]),
 ];
@@ -48,6 +53,21 @@ pub(crate) fn study(name: &str) -> Result<(), String> {
         return std::fs::write(&file, page).map_err(|error| tree::failure("write", &file, &error));
     }
     cargo.run(["run", "--quiet", "--release", "--package", PACKAGE, "--example", name, "--", FOLDER])
+}
+
+/// Reads mutated files of every format for a number of minutes.
+pub(crate) fn fuzz(minutes: &str) -> Result<(), String> {
+    if !minutes.parse::<f64>().is_ok_and(|minutes| minutes.is_finite() && minutes > 0.0) {
+        return Err(format!("--minutes {minutes}: a positive number is required"));
+    }
+    let root = tree::root()?;
+    let Some((_, package, program, arguments)) = PROGRAMS.iter().find(|(study, ..)| *study == FUZZ) else {
+        return Err(format!("unknown study \"{FUZZ}\""));
+    };
+    let cargo = Cargo::new(&root, &root);
+    let mut command =
+        cargo.command([&["test", "--release", "--package", package, "--test", program, "--"], *arguments].concat());
+    run(command.env(FUZZ_MINUTES, minutes))
 }
 
 /// First line of `--version` of each C compiler that the study uses.
@@ -101,6 +121,13 @@ mod tests {
         let refusal = study("coverige").expect_err("no example has that name");
         assert!(refusal.starts_with("unknown study \"coverige\"; the studies are "), "{refusal}");
         assert!(refusal.contains("coverage"), "{refusal}");
+    }
+
+    #[test]
+    fn an_invalid_number_of_minutes_is_refused() {
+        for minutes in ["", "0", "-1", "inf", "long"] {
+            assert!(fuzz(minutes).expect_err("invalid").contains("a positive number is required"), "{minutes}");
+        }
     }
 
     #[test]

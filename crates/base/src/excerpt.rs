@@ -54,17 +54,22 @@ pub fn place(text: &str, offset: usize) -> [usize; 2] {
 }
 
 fn cut(text: &str, longest: usize, beginning: usize) -> String {
-    let is_long = text.chars().nth(longest).is_some();
-    let kept = if is_long { beginning } else { longest };
-    let mut shown = String::new();
-    for character in text.chars().take(kept) {
-        if character.is_control() && character != '\n' {
-            shown.extend(character.escape_default())
-        } else {
-            shown.push(character)
+    let (mut shown, mut length) = (String::new(), 0);
+    let mut kept = None;
+    for character in text.chars() {
+        let escaped = character.is_control() && character != '\n';
+        let width = if escaped { character.escape_default().count() } else { 1 };
+        if length + width > beginning && kept.is_none() {
+            kept = Some(shown.len());
         }
+        if length + width > longest {
+            let end = kept.unwrap_or(shown.len());
+            return format!("{}… ({} characters)", &shown[..end], text.chars().count());
+        }
+        length += width;
+        if escaped { shown.extend(character.escape_default()) } else { shown.push(character) }
     }
-    if is_long { format!("{shown}… ({} characters)", text.chars().count()) } else { shown }
+    shown
 }
 
 #[cfg(test)]
@@ -81,6 +86,7 @@ mod tests {
     #[test]
     fn control_characters_do_not_reach_the_terminal() {
         assert_eq!(excerpt("a\u{1b}[31m\nb"), "a\\u{1b}[31m\\nb");
+        assert_eq!(excerpt(&"\0".repeat(100)), format!("{}… (100 characters)", "\\u{0}".repeat(12)));
         assert_eq!(parser_message("unexpected key\nexpected `=`\n"), "unexpected key, expected `=`");
     }
 

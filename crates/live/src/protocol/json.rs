@@ -8,6 +8,7 @@ use schemars::generate::SchemaSettings;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
+use stickslip_base::excerpt;
 
 use super::{Answer, Call};
 
@@ -50,7 +51,8 @@ pub fn schema(complete: bool) -> Value {
 
 fn read<T: DeserializeOwned>(key: &str, value: Value) -> Result<T, String> {
     let outside = outside(key, value)?;
-    serde_json::from_value(outside).map_err(|error| error.to_string())
+    // The message quotes values of the client.
+    serde_json::from_value(outside).map_err(|error| excerpt::message(&error.to_string()))
 }
 
 /// `{"call": "set", "values": {…}}` as `{"set": {"values": {…}}}`.

@@ -7,6 +7,7 @@ mod calibration;
 mod coverage;
 mod experiments;
 mod fidelity;
+mod fuzz;
 mod integrator;
 mod integrator_stability;
 mod linear;
