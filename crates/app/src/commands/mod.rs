@@ -134,7 +134,7 @@ pub(crate) enum Command {
     #[command(after_help = "Example: stickslip serve --seconds 1 --listen 127.0.0.1:0\n\
                             Example: stickslip serve --preset clm-real --project real --listen 127.0.0.1:0 --seconds 2\n\
                             Example: stickslip serve --xcp-udp 0 --xcp-tcp 0 --listen 127.0.0.1:0 --seconds 1")]
-    Serve(serve::ServeCommand),
+    Serve(Box<serve::ServeCommand>),
     /// Control the running bench: home, move, measure, stop.
     #[command(after_help = "Example: stickslip bench home")]
     Bench(bench::BenchCommand),
@@ -181,7 +181,7 @@ pub(crate) enum Command {
 pub(crate) fn start(out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
     Command::Demo(with_defaults()).run(out, |_| watch.clone())?;
     writeln!(out, "\nBench in real time:")?;
-    Command::Serve(with_defaults()).run(out, |_| watch.clone())
+    Command::Serve(Box::new(with_defaults())).run(out, |_| watch.clone())
 }
 
 /// A command without arguments.

@@ -253,7 +253,7 @@ mod tests {
         assert!(values.iter().zip(&true_values).all(|(a, b)| (a - b).abs() < 1e-5));
         assert_eq!(findings[0].rows, [500..501, 1001..1004, 2600..2601]);
         (0..100).for_each(|k| broken[40 * k + 20] = 0.0);
-        let refusal = understood(&broken, None, None).err().expect("too many dropouts");
+        let refusal = understood(&broken, None, None).unwrap_err();
         assert!(refusal.fault.contains("do not match"), "{refusal:?}");
     }
 

@@ -18,7 +18,7 @@ pub fn signed(values: &mut [f64], wraps: Option<f64>) -> Option<Finding> {
         "The values are those of an unsigned register of {size} values: {} of them, from half of it on, are negative.",
         rows.len()
     );
-    Some(Finding { text, rows: vec![first..first + 1] })
+    Some(Finding { text, rows: std::iter::once(first..first + 1).collect() })
 }
 
 fn is_unsigned(values: &[f64], size: f64) -> bool {
