@@ -21,6 +21,9 @@ const JITTER_LIMIT: f64 = 0.05;
 const GAP: f64 = 1.5;
 /// … and if samples are interpolated: more than two lost samples of a bent curve cannot be interpolated.
 const GAP_TO_RESAMPLE: f64 = 4.0;
+/// The remedy for jitter.
+const RESAMPLE: &str = "Write `resample = true` in the machine file: the samples are then interpolated on an even grid, \
+                        which attenuates the highest frequencies.";
 
 impl Recording {
     /// Checks that time stamps [s] are on an even grid.
@@ -32,9 +35,7 @@ impl Recording {
         if spacing.jitter > JITTER_LIMIT {
             let departure = |row: &usize| (time[*row] - time[0] - *row as f64 * spacing.period).abs();
             let worst = (1..time.len()).max_by(|a, b| departure(a).total_cmp(&departure(b))).unwrap_or(1);
-            let remedy = "Write `resample = true` in the machine file: the samples are then interpolated on an even \
-            grid, which attenuates the highest frequencies.";
-            return Err(self.uneven(time, worst, "jitter", spacing.period, remedy));
+            return Err(self.uneven(time, worst, "jitter", spacing.period, RESAMPLE));
         }
         Ok(spacing)
     }
@@ -58,6 +59,7 @@ impl Recording {
         let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
         let median = *steps.select_nth_unstable_by(last / 2, f64::total_cmp).1;
         let mut largest = 0.0f64;
+        let varied = time.windows(2).filter(|w| (w[1] - w[0] - median).abs() > 2.0 * JITTER_LIMIT * median).count();
         for row in 1..=last {
             let step = time[row] - time[row - 1];
             if step <= 0.0 {
@@ -66,8 +68,11 @@ impl Recording {
                 return Err(self.uneven(time, row, "time does not advance", period, remedy));
             }
             if step > gap * median {
-                let remedy = "Cut the recording there, or record without losses; if time stamps only jitter, write \
-                `resample = true` in the machine file.";
+                // Where many steps vary, a long one does not mean a gap.
+                if gap < GAP_TO_RESAMPLE && varied * 100 > last {
+                    return Err(self.uneven(time, row, "jitter", period, RESAMPLE));
+                }
+                let remedy = "Cut the recording there, or record without losses.";
                 return Err(self.uneven(time, row, "gap in time", period, remedy));
             }
             largest = largest.max(step / median);

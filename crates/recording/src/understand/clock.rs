@@ -197,7 +197,11 @@ fn gaps(ticks: &[f64], seconds: f64, usual: f64, findings: &mut Vec<Finding>) ->
     if lost {
         let count: f64 = missing.iter().map(|row| (step(*row) / usual).round() - 1.0).sum();
         findings.push(Finding {
-            text: format!("{count} rows are missing: they were interpolated."),
+            text: if count == 1.0 {
+                "One row is missing: it was interpolated.".into()
+            } else {
+                format!("{count} rows are missing: they were interpolated.")
+            },
             rows: missing.iter().map(|row| row - 1..row + 1).collect(),
         });
     }

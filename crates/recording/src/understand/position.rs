@@ -161,7 +161,10 @@ fn dropouts(values: &mut [f64]) -> Result<Option<Finding>, Refusal> {
             remedy: "Check the sensor and its cable, and the unit and order of bytes of the column.".into(),
         });
     }
-    let text = format!("{count} positions do not match their neighbours (dropouts): they were interpolated.");
+    let text = match count {
+        1 => "One position does not match its neighbours (a dropout): it was interpolated.".into(),
+        _ => format!("{count} positions do not match their neighbours (dropouts): they were interpolated."),
+    };
     Ok((count > 0).then_some(Finding { text, rows }))
 }
 
