@@ -162,10 +162,10 @@ def _column(name: str, unit: str | None, values: Any) -> tuple[str, str | None, 
     stated = re.fullmatch(r"(.*\S)\s+[\[(]([^\[\]()]*)[\])]", name)
     if stated and unit is None:
         name, unit = stated[1], stated[2]
-    if str(getattr(values, "dtype", "")).startswith("datetime64"):
-        # Also with a time zone: in UTC.
-        values = np.asarray(values, "datetime64[ns]")
     array = values.to_numpy() if hasattr(values, "to_numpy") else np.asarray(values)
+    if array.dtype.kind == "O" and str(getattr(values, "dtype", "")).startswith("datetime64"):
+        # With a time zone: in UTC.
+        array = np.asarray(values, "datetime64[ns]")
     if array.dtype.kind in "mM":
         # Dates as seconds since the first one, which keeps their digits.
         known = array[~np.isnat(array)]
