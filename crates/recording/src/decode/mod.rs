@@ -1,0 +1,118 @@
+//! Formats of files: each one file here, from its bytes to groups of columns, which become one [`Recording`].
+//!
+//! | file | read as | units |
+//! |-|-|-|
+//! | text | comma, semicolon or tab; decimal point or comma, thousands separators; `#` comments; rows of units and types below the header; columns with empty cells that have stamps of their own; UTF-8, UTF-16 or Latin-1 | `x [mm]`, `x (mm)` or a row below the header |
+//! | text of TwinCAT Scope | header block, then columns; a time column for each channel or sample time | row `Unit` |
+//! | text of dSPACE ControlDesk | rows of properties, then `trace_values` | row `unit` |
+//! | text of the Simulink Data Inspector | repeated columns `time`, rows of properties below the header | `Unit:` |
+//! | text of LinuxCNC halscope | `Sampling period is N ns`, then pairs of name and value; or a table without time | none |
+//! | MAT, level 5 | vectors, matrices by column, structures with time (Simulink), `X` and `Y` (ControlDesk), To-File matrices | of ControlDesk |
+//! | Parquet | flat columns of numbers and time stamps, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
+//! | MDF 4 | numbers of all groups, by their masters; see [`mdf`](crate::mdf) | of channel or conversion |
+//!
+//! Any of them may be gzipped. A file with several groups (rasters) becomes one table on the stamps of the fastest
+//! group that holds what is [`Wanted`]; [`Recording::notes`] lists what was read, resampled and omitted.
+
+mod cells;
+mod controldesk;
+mod exact;
+mod group;
+mod halscope;
+mod header;
+mod inspector;
+mod join;
+mod mat;
+mod mat_value;
+mod mdf4;
+mod numbers;
+mod parquet;
+mod sparse;
+mod text;
+mod twincat;
+
+use std::io::Read;
+use std::path::Path;
+
+use super::{Recording, RecordingError, unreadable};
+use crate::mdf;
+use stickslip_base::Error;
+
+/// Fault of a cell that is not a finite number.
+pub(crate) const NOT_A_NUMBER: &str = "not a finite number. Export the column as numbers with a decimal point; if values \
+     are missing, cut the recording before or after them. Removing single rows would shift the later samples in time.";
+
+/// First bytes of a Parquet file.
+const PARQUET: &[u8] = b"PAR1";
+
+/// What a reader needs of a file with several groups.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Name of the only group to be read; default: the fastest one that has the columns.
+    pub group: Option<String>,
+    /// Names of columns; default: all.
+    pub columns: Vec<String>,
+}
+
+/// Reads a file; its kind and gzip are recognised by content.
+pub(crate) fn read(path: &Path, wanted: &Wanted) -> Result<Recording, Error> {
+    let failed = |source| Error::file(path, "read", source);
+    let bytes = std::fs::read(path).map_err(failed)?;
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        return parse(path, &bytes, wanted);
+    }
+    let mut inner = Vec::new();
+    flate2::read::MultiGzDecoder::new(bytes.as_slice()).read_to_end(&mut inner).map_err(failed)?;
+    if inner.starts_with(PARQUET) {
+        return Err(unreadable(
+            path,
+            "a gzipped Parquet file",
+            "Unpack it with gunzip; Parquet is compressed in itself.",
+        ));
+    }
+    parse(path, &inner, wanted)
+}
+
+/// Parses the contents of a file.
+pub(crate) fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recording, Error> {
+    let table = if bytes.starts_with(PARQUET) {
+        parquet::read(path)
+    } else if bytes.starts_with(b"MATLAB 5.0") {
+        mat::read(path, bytes)
+    } else if mdf::recognises(bytes) {
+        mdf4::read(path, bytes)
+    } else {
+        refuse_known(path, bytes).map_or_else(|| text::read(path, bytes), Err)
+    }?;
+    let mut recording = group::combine(path, table, wanted)?;
+    header::name_row_numbers(&mut recording);
+    Ok(recording)
+}
+
+/// The error of a known format that is not read.
+fn refuse_known(path: &Path, bytes: &[u8]) -> Option<Error> {
+    let text = |begin: &str| bytes.starts_with(begin.as_bytes());
+    let (fault, remedy) = if text("MATLAB 7.3") || text("\u{89}HDF") || bytes.starts_with(b"\x89HDF") {
+        let remedy = "In MATLAB: load('NAME.mat'), then save('NAME.mat', '-v7'), in parts if a variable exceeds 2 GB. \
+                      In other programs: export as CSV or Parquet.";
+        ("unsupported HDF5 file, as MATLAB writes with -v7.3", remedy)
+    } else if text("# Created by Octave") {
+        ("unsupported text file of Octave", "In Octave: load the file, then save -v7 NAME.mat.")
+    } else if text("PK\x03\x04") {
+        let remedy = "Export the sheet as CSV, or unpack the file and read the recording in it.";
+        ("unsupported archive or spreadsheet (xlsx, ods, zip)", remedy)
+    } else if text("TDSm") {
+        ("unsupported TDMS file", "Export it as CSV, or with npTDMS in Python to Parquet.")
+    } else {
+        return None;
+    };
+    Some(unreadable(path, fault, remedy))
+}
+
+/// The error of a row.
+fn bad_row(path: &Path, line: u64, fault: impl Into<String>) -> Error {
+    RecordingError::BadRow { path: path.to_owned(), line, fault: fault.into() }.into()
+}
+
+#[cfg(test)]
+mod tests;
