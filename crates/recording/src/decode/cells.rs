@@ -24,6 +24,13 @@ pub(super) struct Head {
     pub(super) unit: Option<String>,
 }
 
+impl Head {
+    /// Its name for notes, or its place.
+    fn title(&self) -> String {
+        if self.name.is_empty() { (self.index + 1).to_string() } else { format!("`{}`", self.name) }
+    }
+}
+
 /// Columns of numbers with their lines.
 pub(super) struct Body {
     pub(super) columns: Vec<Column>,
@@ -112,9 +119,12 @@ impl<'a> Sheet<'a> {
         numbers.iter_mut().for_each(|numbers| numbers.truncate(rows));
         let separated = heads.iter().zip(&example).filter_map(|(head, cell)| Some((head, cell.as_ref()?)));
         let notes = separated.map(|(head, (cell, digits))| {
-            format!("Column `{}` has separators of thousands: \"{cell}\" was read as {digits}.", head.name)
+            format!("Column {} has separators of thousands: \"{cell}\" was read as {digits}.", head.title())
         });
-        let notes = notes.collect();
+        let mut notes: Vec<String> = notes.collect();
+        for (head, _) in heads.iter().zip(&numbers).filter(|(_, numbers)| numbers.is_stamps()) {
+            notes.push(format!("Column {} holds dates or times of day; it was read in s.", head.title()));
+        }
         let columns = heads.iter().zip(numbers).map(|(head, numbers)| numbers.column(&head.name, head.unit.clone()));
         Ok(Body { columns: columns.collect(), lines, notes })
     }

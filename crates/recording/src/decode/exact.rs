@@ -15,8 +15,12 @@ pub(super) fn origin(cell: &str) -> Option<i128> {
     }
     let digits = cell.bytes().filter(u8::is_ascii_digit).count();
     let number = fixed(cell).filter(|number| digits > DIGITS && number.abs() >= LEAST * ONE)?;
-    // A whole number that is an `f64`, so that origin and difference add up exactly.
-    Some((number / ONE) as f64 as i128 * ONE)
+    Some(whole(number))
+}
+
+/// A whole number close to this one that is an `f64`, so that origin and difference add up exactly.
+pub(super) fn whole(number: i128) -> i128 {
+    (number / ONE) as f64 as i128 * ONE
 }
 
 /// A decimal number without exponent and with at most twelve decimals.

@@ -29,13 +29,6 @@ pub(super) struct Table {
     pub(super) notes: Vec<String>,
 }
 
-impl Table {
-    /// A table of one group whose rows have numbers instead of lines.
-    pub(super) fn single(columns: Vec<Column>, notes: Vec<String>) -> Self {
-        Table { groups: vec![Group::new("", None, columns)], notes }
-    }
-}
-
 impl Group {
     /// A group whose rows have numbers instead of lines.
     pub(super) fn new(name: &str, time: Option<usize>, columns: Vec<Column>) -> Self {

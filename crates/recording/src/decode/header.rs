@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::numbers::number;
-use crate::Recording;
-use crate::column::counts_rows;
-use stickslip_base::units::measure;
+use crate::column::{Column, counts_rows};
+use stickslip_base::units::{Dimension, measure};
 
 /// Names of types that tools write below the names.
 const TYPES: [&str; 34] = [
@@ -14,8 +13,8 @@ const TYPES: [&str; 34] = [
     "single", "udint", "uint", "uint16", "uint32", "uint64", "uint8", "usint", "word", "object",
 ];
 /// Names of row numbers.
-const ROW_NUMBERS: [&str; 14] =
-    ["", "unnamed: 0", "index", "idx", "row", "sample", "samples", "no", "no.", "nr", "nr.", "n", "#", "counter"];
+const ROW_NUMBERS: [&str; 12] =
+    ["index", "idx", "row", "sample", "samples", "no", "no.", "nr", "nr.", "n", "#", "counter"];
 
 /// Names and units of a header.
 pub(super) fn names_and_units<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> Vec<(String, Option<String>)> {
@@ -70,35 +69,54 @@ pub(super) fn is_types<S: AsRef<str>>(row: &[S]) -> bool {
 }
 
 /// Names columns without a name, and marks row numbers by their unit, so that they are not taken for a time.
-pub(super) fn name_row_numbers(recording: &mut Recording) {
-    for index in 0..recording.columns.len() {
-        let column = &recording.columns[index];
+pub(super) fn name_row_numbers(columns: &mut [Column], notes: &mut Vec<String>) {
+    for index in 0..columns.len() {
+        let column = &columns[index];
         let nameless = column.name.is_empty() || column.name.starts_with("Unnamed: ") || column.name == INDEX;
-        let is_candidate = index == 0 || nameless;
-        if is_candidate && is_name_of_row_numbers(&column.name) && column.unit.is_none() && counts_rows(&column.values)
-        {
+        let is_named = index == 0 && ROW_NUMBERS.contains(&column.name.to_lowercase().as_str());
+        let counts = nameless && mostly_counts(column) || is_named && counts_rows(&column.values);
+        if counts && column.unit.is_none() {
             let name = if nameless { "row".to_owned() } else { column.name.clone() };
-            let origin = if nameless { "without a name " } else { "" };
-            recording.notes.push(format!("Column `{name}` {origin}counts the rows; it was not taken for a time."));
-            let name = free_name(name, index, &recording.columns);
-            let column = &mut recording.columns[index];
+            let name = free_name(name, index, columns);
+            let named = if nameless { ", which has no name in the file," } else { "" };
+            notes.push(format!("Column `{name}`{named} counts the rows; it was not taken for a time."));
+            if !counts_rows(&columns[index].values) {
+                notes.push(format!("The numbers in `{name}` do not rise evenly: rows were removed or joined before."));
+            }
+            let column = &mut columns[index];
             (column.name, column.unit) = (name, Some("1".into()));
         } else if nameless {
-            recording.columns[index].name = free_name(format!("column {}", index + 1), index, &recording.columns);
+            let is_time = column.unit.as_deref().and_then(measure).is_some_and(|(d, _)| d == Dimension::Time);
+            let name = match () {
+                () if is_time => "time".to_owned(),
+                () if index == 0 || column.name == INDEX => "index".to_owned(),
+                () => format!("column {}", index + 1),
+            };
+            columns[index].name = free_name(name, index, columns);
         }
     }
 }
 
-/// Whether a column of this name counts rows.
-pub(super) fn is_name_of_row_numbers(name: &str) -> bool {
-    ROW_NUMBERS.contains(&name.to_lowercase().as_str()) || name == INDEX
+/// Whether most values are the next whole number.
+fn mostly_counts(column: &Column) -> bool {
+    let steps = column.values.windows(2).filter(|w| w[1] - w[0] == 1.0).count();
+    is_whole(column) && (2 * steps > column.values.len() || counts_rows(&column.values))
+}
+
+fn is_whole(column: &Column) -> bool {
+    column.fault.is_none() && column.values.iter().all(|value| value.fract() == 0.0)
+}
+
+/// Whether a column was recognised as row numbers.
+pub(super) fn numbers_rows(column: &Column) -> bool {
+    column.unit.as_deref() == Some("1") && is_whole(column)
 }
 
 /// Name of the index in the Parquet files of pandas.
 const INDEX: &str = "__index_level_0__";
 
 /// A name that no other column has.
-fn free_name(name: String, index: usize, columns: &[crate::Column]) -> String {
+fn free_name(name: String, index: usize, columns: &[Column]) -> String {
     let taken = columns.iter().enumerate().any(|(other, column)| other != index && column.name == name);
     if taken { format!("{name} (column {})", index + 1) } else { name }
 }

@@ -97,7 +97,10 @@ impl Contents {
 fn with_time(name: &str, structure: Structure) -> Option<Group> {
     let time = structure.field("time")?.numbers()?;
     let signals = structure.field("signals")?.structures();
-    let rows = if time.is_empty() { signals.first()?.field("values")?.numbers()?.len() } else { time.len() };
+    let rows = match signals.first()?.field("values")? {
+        Value::Numbers { size, .. } if time.is_empty() => *size.first()?,
+        _ => time.len(),
+    };
     let mut columns = Vec::new();
     if !time.is_empty() {
         columns.push(Column::new("time", time.to_vec()).with_unit(Some("s".into())));
@@ -143,7 +146,8 @@ fn control_desk(name: &str, structure: Structure) -> Vec<Group> {
                 None => true,
             };
             let Some(Value::Numbers { size, values }) = y.field("Data").filter(|_| belongs) else { continue };
-            let label = y.field("Name").and_then(Value::text).map_or_else(|| format!("Y{}", number + 1), str::to_owned);
+            let label = y.field("Name").and_then(Value::text).map(|name| name.replace('"', ""));
+            let label = label.unwrap_or_else(|| format!("Y{}", number + 1));
             let with_unit = |column: Column| column.with_unit(unit(y));
             columns.extend(of_length(&label, size, values, time.len()).into_iter().map(with_unit));
         }

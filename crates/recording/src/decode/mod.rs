@@ -28,6 +28,7 @@ mod mdf4;
 mod numbers;
 mod parquet;
 mod sparse;
+mod stamps;
 mod text;
 mod twincat;
 
@@ -75,7 +76,7 @@ pub(crate) fn read(path: &Path, wanted: &Wanted) -> Result<Recording, Error> {
 
 /// Parses the contents of a file.
 pub(crate) fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recording, Error> {
-    let table = if bytes.starts_with(PARQUET) {
+    let mut table = if bytes.starts_with(PARQUET) {
         parquet::read(path)
     } else if bytes.starts_with(b"MATLAB 5.0") {
         mat::read(path, bytes)
@@ -84,9 +85,13 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Record
     } else {
         refuse_known(path, bytes).map_or_else(|| text::read(path, bytes), Err)
     }?;
-    let mut recording = group::combine(path, table, wanted)?;
-    header::name_row_numbers(&mut recording);
-    Ok(recording)
+    table.groups.iter_mut().for_each(|group| header::name_row_numbers(&mut group.columns, &mut table.notes));
+    if let [group] = &mut table.groups[..]
+        && group.time.is_none()
+    {
+        *group = sparse::joined(std::mem::take(group), &mut table.notes);
+    }
+    group::combine(path, table, wanted)
 }
 
 /// The error of a known format that is not read.
@@ -98,6 +103,8 @@ fn refuse_known(path: &Path, bytes: &[u8]) -> Option<Error> {
         ("unsupported HDF5 file, as MATLAB writes with -v7.3", remedy)
     } else if text("# Created by Octave") {
         ("unsupported text file of Octave", "In Octave: load the file, then save -v7 NAME.mat.")
+    } else if is_level_4(bytes) {
+        ("unsupported MAT file of level 4", "In MATLAB: load('NAME.mat'), then save('NAME.mat', '-v7').")
     } else if text("PK\x03\x04") {
         let remedy = "Export the sheet as CSV, or unpack the file and read the recording in it.";
         ("unsupported archive or spreadsheet (xlsx, ods, zip)", remedy)
@@ -107,6 +114,21 @@ fn refuse_known(path: &Path, bytes: &[u8]) -> Option<Error> {
         return None;
     };
     Some(unreadable(path, fault, remedy))
+}
+
+/// Whether a file begins with the head of a variable as MATLAB's -v4 writes it: type, rows, columns, flag of imaginary
+/// numbers, length of the name, name.
+fn is_level_4(bytes: &[u8]) -> bool {
+    let Some((head, rest)) = bytes.split_at_checked(20) else { return false };
+    let word = |index: usize| u32::from_le_bytes(std::array::from_fn(|byte| head[4 * index + byte]));
+    let length = word(4) as usize;
+    let name = rest.get(..length.saturating_sub(1)).unwrap_or_default();
+    word(0) <= 52
+        && word(0) % 10 <= 2
+        && word(3) <= 1
+        && (2..64).contains(&length)
+        && name.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'_')
+        && rest.get(length - 1) == Some(&0)
 }
 
 /// The error of a row.

@@ -3,7 +3,7 @@
 //! `112,345` is 112.345 in one country and 112345 in another. The cells that have only one reading (`0,5`, `1,234.5`,
 //! `0.001`) decide for their column, and else for the file; without any, such a cell is refused.
 
-use super::exact;
+use super::{exact, stamps};
 use crate::column::{CellFault, Column};
 
 /// Marks seen in the cells of a column.
@@ -35,7 +35,8 @@ const AMBIGUOUS: &str = "which has two readings: its comma or point separates th
 impl Marks {
     /// Adds what a cell shows.
     pub(super) fn see(&mut self, cell: &str) {
-        if !cell.contains([',', '.']) {
+        let is_number = cell.bytes().all(|byte| byte.is_ascii_digit() || b",.+-eE".contains(&byte));
+        if !is_number || !cell.contains([',', '.']) {
             return;
         }
         match reading(cell) {
@@ -162,18 +163,37 @@ fn without_spaces(cell: &str) -> std::borrow::Cow<'_, str> {
     if grouped(whole, separator) { cell.replace(separator, "").into() } else { cell.into() }
 }
 
+/// What the cells of a column are.
+#[derive(Clone, Copy)]
+enum Kind {
+    Number,
+    /// Numbers of many digits, as differences from this one.
+    Difference(i128),
+    /// Dates or times of day, as seconds from this one.
+    Stamp(i128),
+}
+
+impl Kind {
+    fn origin(self) -> i128 {
+        match self {
+            Kind::Number => 0,
+            Kind::Difference(origin) | Kind::Stamp(origin) => origin,
+        }
+    }
+}
+
 /// The numbers of a column, cell by cell.
 pub(super) struct Numbers {
     style: Style,
-    /// Origin of the differences, after the first number.
-    origin: Option<Option<i128>>,
+    /// What the first number is.
+    kind: Option<Kind>,
     values: Vec<f64>,
     fault: Option<CellFault>,
 }
 
 impl Numbers {
     pub(super) fn new(style: Style) -> Self {
-        Numbers { style, origin: None, values: Vec::new(), fault: None }
+        Numbers { style, kind: None, values: Vec::new(), fault: None }
     }
 
     /// Appends a cell.
@@ -188,13 +208,29 @@ impl Numbers {
     }
 
     fn value(&mut self, cell: &str) -> Option<f64> {
+        if let None | Some(Kind::Stamp(_)) = self.kind
+            && let Some(seconds) = stamps::seconds(cell)
+        {
+            let kind = *self.kind.get_or_insert_with(|| Kind::Stamp(exact::whole(seconds)));
+            return Some(exact::difference(seconds, kind.origin()));
+        }
         // The usual cell needs no copy.
         let cell = without_spaces(cell);
         let direct = !cell.contains(',') && (self.style == Style::Point || !cell.contains('.'));
         let text = if direct { cell } else { plain(&cell, self.style)?.into() };
         let number: f64 = text.parse().ok().filter(|value: &f64| value.is_finite())?;
-        let Some(origin) = *self.origin.get_or_insert_with(|| exact::origin(&text)) else { return Some(number) };
-        Some(exact::fixed(&text).map_or(number - exact::value(origin), |fixed| exact::difference(fixed, origin)))
+        match *self.kind.get_or_insert_with(|| exact::origin(&text).map_or(Kind::Number, Kind::Difference)) {
+            Kind::Number => Some(number),
+            Kind::Stamp(_) => None,
+            Kind::Difference(origin) => Some(
+                exact::fixed(&text).map_or(number - exact::value(origin), |fixed| exact::difference(fixed, origin)),
+            ),
+        }
+    }
+
+    /// Whether the cells are dates or times of day.
+    pub(super) fn is_stamps(&self) -> bool {
+        matches!(self.kind, Some(Kind::Stamp(_)))
     }
 
     /// Only the first rows.
@@ -205,9 +241,11 @@ impl Numbers {
 
     /// The column; its first cell that is not a number is a fault if the column is used.
     pub(super) fn column(self, name: &str, unit: Option<String>) -> Column {
-        let mut column = Column::new(name, self.values).with_unit(unit);
+        let unit = if self.is_stamps() { Some("s".to_owned()) } else { unit };
+        let origin = self.kind.map_or(0, Kind::origin);
+        let mut column = Column::new(name, self.values).with_unit(unit).with_origin(exact::value(origin));
         column.fault = self.fault;
-        column.with_origin(self.origin.flatten().map_or(0.0, exact::value))
+        column
     }
 }
 

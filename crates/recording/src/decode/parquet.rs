@@ -11,7 +11,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
-use super::group::{Table, list};
+use super::group::{Group, Table, list};
 use crate::column::{Column, Integers};
 use crate::unreadable;
 use stickslip_base::Error;
@@ -42,7 +42,7 @@ pub(super) fn read(path: &Path) -> Result<Table, Error> {
         let names = list(omitted.iter().map(String::as_str));
         notes.push(format!("Columns of texts, lists or other types were not read: {names}."));
     }
-    Ok(Table::single(columns, notes))
+    Ok(Table { groups: vec![Group::new("", None, columns)], notes })
 }
 
 /// Numbers of a column.
@@ -92,6 +92,12 @@ fn values(
             ColumnReader::Int32ColumnReader(r) => take(r, rows, level, |v| whole(v.map(i128::from)))?,
             ColumnReader::Int64ColumnReader(r) => take(r, rows, level, |v| whole(v.map(i128::from)))?,
             ColumnReader::Int96ColumnReader(r) => take(r, rows, level, |v| whole(v.map(|v| nanoseconds(&v))))?,
+            ColumnReader::ByteArrayColumnReader(r) if is_decimal(description) => {
+                take(r, rows, level, |v| whole(v.map(|v| big_endian(v.data()))))?;
+            }
+            ColumnReader::FixedLenByteArrayColumnReader(r) if is_decimal(description) => {
+                take(r, rows, level, |v| whole(v.map(|v| big_endian(v.data()))))?;
+            }
             _ => return Ok(None),
         }
     }
@@ -108,11 +114,21 @@ fn is_unsigned(description: &ColumnDescriptor) -> bool {
     logical || unsigned.contains(&description.converted_type())
 }
 
+/// Whether numbers are decimal fractions, stored as whole numbers.
+fn is_decimal(description: &ColumnDescriptor) -> bool {
+    description.converted_type() == ConvertedType::DECIMAL
+        || matches!(description.logical_type_ref(), Some(LogicalType::Decimal(_)))
+}
+
+/// A signed number of any width up to 16 bytes; wider ones are cut, as their upper bytes are signs in practice.
+fn big_endian(bytes: &[u8]) -> i128 {
+    let negative = bytes.first().is_some_and(|byte| byte & 0x80 != 0);
+    bytes.iter().fold(if negative { -1 } else { 0 }, |number, byte| number << 8 | i128::from(*byte))
+}
+
 /// Value of one unit of a decimal number.
 fn scale(description: &ColumnDescriptor) -> f64 {
-    let is_decimal = description.converted_type() == ConvertedType::DECIMAL
-        || matches!(description.logical_type_ref(), Some(LogicalType::Decimal(_)));
-    if is_decimal { 10f64.powi(-description.type_scale()) } else { 1.0 }
+    if is_decimal(description) { 10f64.powi(-description.type_scale()) } else { 1.0 }
 }
 
 /// Unit of a column of time stamps or times of day.

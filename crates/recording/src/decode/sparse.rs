@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::group::{Group, Table, list};
+use super::group::{Group, list};
 use super::{header, join};
 use crate::column::Column;
 
@@ -12,12 +12,12 @@ const SPARSE: f64 = 0.25;
 const FEWEST: usize = 10;
 
 /// The table on the stamps of its densest topic, if it is sparse.
-pub(super) fn joined(group: Group, mut notes: Vec<String>) -> Table {
-    let Some(split) = Split::of(&group) else { return Table { groups: vec![group], notes } };
+pub(super) fn joined(group: Group, notes: &mut Vec<String>) -> Group {
+    let Some(split) = Split::of(&group) else { return group };
     let kept: Vec<usize> = (0..group.lines.len()).filter(|row| split.keeps(*row)).collect();
     let mut table = group.keep(&kept);
     table.time = Some(split.time);
-    let Some((_, grid)) = table.stamps() else { return Table { groups: vec![group], notes } };
+    let Some((_, grid)) = table.stamps() else { return group };
     let mut names = Vec::new();
     for index in &split.sparse {
         let column = &group.columns[*index];
@@ -38,8 +38,7 @@ pub(super) fn joined(group: Group, mut notes: Vec<String>) -> Table {
         list(names),
         list(split.dense.iter().map(|index| group.columns[*index].name.as_str())),
     ));
-    let table = join::cut_ends(table, &mut notes);
-    Table { groups: vec![table], notes }
+    join::cut_ends(table, notes)
 }
 
 /// Columns of a sparse table.
@@ -59,14 +58,14 @@ struct Split {
 impl Split {
     fn of(group: &Group) -> Option<Self> {
         let rows = group.lines.len();
-        let is_time = |column: &Column| column.fault.is_none() && !header::is_name_of_row_numbers(&column.name);
-        let time = group.columns.iter().position(is_time)?;
-        let filled = |column: &Column| column.values.iter().filter(|value| value.is_finite()).count();
-        let counts: Vec<usize> = group.columns.iter().map(filled).collect();
-        let is_signal = |index: &usize| *index != time && counts[*index] >= FEWEST;
-        let signals: Vec<usize> = (0..counts.len()).filter(is_signal).collect();
-        let most = signals.iter().map(|index| counts[*index]).max()?;
-        let is_sparse = |index: &usize| (counts[*index] as f64) < (1.0 - SPARSE) * rows as f64;
+        let time = group.columns.iter().position(|column| column.fault.is_none() && !header::numbers_rows(column))?;
+        let count = |column: &Column| column.values.iter().filter(|value| value.is_finite()).count();
+        let filled: Vec<usize> = group.columns.iter().map(count).collect();
+        let is_signal =
+            |index: &usize| *index != time && filled[*index] >= FEWEST && !header::numbers_rows(&group.columns[*index]);
+        let signals: Vec<usize> = (0..filled.len()).filter(is_signal).collect();
+        let most = signals.iter().map(|index| filled[*index]).max()?;
+        let is_sparse = |index: &usize| (filled[*index] as f64) < (1.0 - SPARSE) * rows as f64;
         if !signals.iter().any(is_sparse) {
             return None;
         }
@@ -74,7 +73,7 @@ impl Split {
         let mut topics: BTreeMap<Vec<bool>, Vec<usize>> = BTreeMap::new();
         signals.iter().for_each(|index| topics.entry(mask(*index)).or_default().push(*index));
         let (grid, dense) =
-            topics.into_iter().filter(|(_, all)| counts[all[0]] == most).max_by_key(|(_, all)| all.len())?;
+            topics.into_iter().filter(|(_, all)| filled[all[0]] == most).max_by_key(|(_, all)| all.len())?;
         let sparse: Vec<usize> = signals.iter().copied().filter(|i| !dense.contains(i) && is_sparse(i)).collect();
         let stamps: Vec<f64> = (0..rows).filter(|row| grid[*row]).map(|row| group.columns[time].values[row]).collect();
         if !stamps.windows(2).all(|w| w[1] > w[0]) {

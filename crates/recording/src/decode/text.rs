@@ -6,7 +6,7 @@ use std::path::Path;
 use super::cells::{Body, Head, Sheet, never};
 use super::group::{Group, Table};
 use super::numbers::number;
-use super::{bad_row, controldesk, halscope, header, inspector, sparse, twincat};
+use super::{bad_row, controldesk, halscope, header, inspector, twincat};
 use crate::{RecordingError, unreadable};
 use stickslip_base::Error;
 
@@ -72,6 +72,9 @@ fn table(sheet: Sheet) -> Result<Table, Error> {
         if header::is_units(row) {
             heads.iter_mut().zip(row).for_each(|(head, cell)| head.unit = header::unit(cell).or(head.unit.take()));
             notes.push(format!("Line {line} has the units."));
+        } else if inspector::is_properties(row) {
+            let units = row.iter().map(|cell| inspector::labelled_unit(cell));
+            heads.iter_mut().zip(units).for_each(|(head, unit)| head.unit = unit.or(head.unit.take()));
         } else if header::is_types(row) {
             notes.push(format!("Line {line} has the types of the numbers."));
         } else {
@@ -82,7 +85,7 @@ fn table(sheet: Sheet) -> Result<Table, Error> {
     check_widths(&sheet, after, names, *header_line)?;
     let Body { columns, lines, notes: found } = sheet.body(after, heads, never)?;
     notes.extend(found);
-    Ok(sparse::joined(Group { name: String::new(), time: None, columns, lines }, notes))
+    Ok(Table { groups: vec![Group { name: String::new(), time: None, columns, lines }], notes })
 }
 
 /// Rows must have as many cells as the header; empty cells at the end do not count.

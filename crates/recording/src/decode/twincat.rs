@@ -23,8 +23,10 @@ pub(super) fn recognises(text: &str) -> bool {
         keys.contains(&key)
     };
     let begins = lines.next().is_some_and(|line| is_key(line, &["Name"]));
-    begins
-        && lines.any(|line| is_key(line, &["Starttime of export", "SampleTime[ms]", "SymbolName", "Data-Type", "File"]))
+    const KEYS: [&str; 5] = ["Starttime of export", "SampleTime[ms]", "SymbolName", "Data-Type", "File"];
+    // With the shortest header, numbers follow the names.
+    let is_row = |line: &str| line.split(['\t', ';']).next().and_then(number).is_some() || line.starts_with("0,");
+    begins && lines.any(|line| is_row(line) || is_key(line, &KEYS))
 }
 
 /// Reads channels in groups of equal stamps.
@@ -66,7 +68,7 @@ pub(super) fn read(sheet: Sheet) -> Result<Table, Error> {
     for (key, neutral) in [("ScaleFactor", 1.0), ("Offset", 0.0)] {
         if let Some(name) = scaled(key, neutral) {
             notes.push(format!(
-                "Channel `{name}` has a {key} in the scope, which is of the display: numbers stay as exported."
+                "Channel `{name}` states {key} in the scope, a setting of the display: its numbers stay as exported."
             ));
         }
     }
