@@ -120,7 +120,8 @@ pub(super) fn combine(path: &Path, table: Table, wanted: &Wanted) -> Result<Reco
 
 /// The only group of a name.
 fn requested(path: &Path, groups: Vec<Group>, name: &str, mut notes: Vec<String>) -> Result<Recording, Error> {
-    let names: Vec<String> = groups.iter().map(|group| group.name.clone()).collect();
+    let named = |group: &Group| if group.name.is_empty() { "(one without a name)".into() } else { group.name.clone() };
+    let names: Vec<String> = groups.iter().map(named).collect();
     let Some(group) = groups.into_iter().find(|group| group.name == name) else {
         return Err(RecordingError::MissingGroup { path: path.to_owned(), name: name.into(), groups: names }.into());
     };

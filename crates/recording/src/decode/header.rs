@@ -25,7 +25,8 @@ pub(super) fn names_and_units<'a>(cells: impl Iterator<Item = &'a str> + Clone) 
     cells.map(|cell| name_and_unit(cell, &stems)).collect()
 }
 
-/// `x [mm]`, or `x (mm)` if the brackets hold a unit. `x[1]` is an element of an array; so is `x[left]` beside `x[right]`.
+/// `x [mm]`, or `x (mm)` if the brackets hold a unit. `x[1]` is an element of an array, and so is `x[left]` next to
+/// `x[right]`.
 fn name_and_unit(cell: &str, stems: &BTreeMap<&str, usize>) -> (String, Option<String>) {
     let whole = || (cell.to_owned(), None);
     let Some((stem, inner, square)) = bracket(cell) else { return whole() };

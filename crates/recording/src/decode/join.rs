@@ -19,8 +19,8 @@ const LEVELS: usize = 16;
 /// Largest share of rows that is cut at the ends because a group has no values there.
 const CUT: f64 = 0.05;
 
-const NO_VALUE: &str = "no value: the column has stamps of its own, and none near this row. Cut the recording to the rows \
-     where all columns have values, or select a group with --group NAME.";
+const NO_VALUE: &str = "no value: the column has stamps of its own, and none near this row. Cut the recording to \
+     the rows where all columns have values, or select a group with --group NAME.";
 
 /// Columns of a group at the stamps of a table; `None` if either has no rising stamps and the rows do not match.
 pub(super) fn onto(table: &Group, group: &Group, columns: &[&Column]) -> Option<Joined> {

@@ -114,7 +114,7 @@ fn with_time(name: &str, structure: Structure) -> Option<Group> {
     (columns.len() > usize::from(!time.is_empty())).then(|| Group::new(name, (!time.is_empty()).then_some(0), columns))
 }
 
-/// Columns of a signal with one value, or one vector, for each of the rows; the rows are the first or the last dimension.
+/// Columns of a signal with a value or a vector for each of the rows, which are the first or the last dimension.
 fn of_length(name: &str, size: &[usize], values: &[f64], rows: usize) -> Vec<Column> {
     let width = values.len().checked_div(rows).unwrap_or(0);
     if width * rows != values.len() || width == 0 {
@@ -127,8 +127,8 @@ fn of_length(name: &str, size: &[usize], values: &[f64], rows: usize) -> Vec<Col
     (0..width).map(|index| Column::new(&numbered(name, index + 1, width), column(index))).collect()
 }
 
-/// ControlDesk's structure: stamps in `X(k).Data`, signals in `Y(i)` with `Name`, `Data`, `Unit` and, if there are several
-/// stamps, `XIndex`.
+/// ControlDesk's structure: stamps in `X(k).Data`, signals in `Y(i)` with `Name`, `Data`, `Unit` and, if there are
+/// several stamps, `XIndex`.
 fn control_desk(name: &str, structure: Structure) -> Vec<Group> {
     let part = |name| structure.field(name).map(Value::structures).unwrap_or_default();
     let (stamps, signals) = (part("X"), part("Y"));

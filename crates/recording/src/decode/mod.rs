@@ -40,8 +40,8 @@ use crate::mdf;
 use stickslip_base::Error;
 
 /// Fault of a cell that is not a finite number.
-pub(crate) const NOT_A_NUMBER: &str = "not a finite number. Export the column as numbers with a decimal point; if values \
-     are missing, cut the recording before or after them. Removing single rows would shift the later samples in time.";
+pub(crate) const NOT_A_NUMBER: &str = "not a finite number. Export the column as numbers with a decimal point; if \
+     values are missing, cut the recording before or after them. Removing single rows would shift the later samples in time.";
 
 /// First bytes of a Parquet file.
 const PARQUET: &[u8] = b"PAR1";

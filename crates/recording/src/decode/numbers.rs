@@ -29,8 +29,8 @@ pub(super) enum Style {
 }
 
 /// Fault of a cell with two readings.
-const AMBIGUOUS: &str = "which has two readings: its comma or point separates thousands or decimals, and no other number \
-     of the file shows which. Export without separators of thousands and with a decimal point.";
+const AMBIGUOUS: &str = "which has two readings: its comma or point separates thousands or decimals, and no other \
+     number of the file shows which. Export without separators of thousands and with a decimal point.";
 
 impl Marks {
     /// Adds what a cell shows.

@@ -33,19 +33,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Table, Error> {
 
 /// The most frequent delimiter of the first line with one: comma, semicolon or tab.
 fn delimiter(text: &str) -> char {
-    let count = |line: &str, delimiter: char| line.matches(delimiter).count();
-    let lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let best = |line: &str| [',', ';', '\t'].into_iter().max_by_key(|delimiter| count(line, *delimiter)).unwrap_or(',');
-    // The first line of a block of properties may be a sentence; most lines decide.
-    let votes: Vec<char> = lines.take(20).filter(|line| line.contains([',', ';', '\t'])).map(best).collect();
-    let header = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
-    if header.contains([',', ';', '\t']) && !twincat::recognises(text) {
-        return best(header);
-    }
-    [',', ';', '\t']
-        .into_iter()
-        .max_by_key(|delimiter| votes.iter().filter(|vote| *vote == delimiter).count())
-        .unwrap_or(',')
+    const DELIMITERS: [char; 3] = [',', ';', '\t'];
+    let is_header = |line: &&str| !line.starts_with('#') && line.contains(DELIMITERS);
+    let header = text.lines().find(is_header).unwrap_or_default();
+    DELIMITERS.into_iter().max_by_key(|delimiter| header.matches(*delimiter).count()).unwrap_or(',')
 }
 
 /// A header and rows of equal length.
