@@ -29,6 +29,9 @@ pub(crate) struct Init {
     /// File to write [default: NAME-machine.toml in the folder of the recording].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Group (raster) of a recording with several [default: the fastest one]. The machine file keeps it.
+    #[arg(long, value_name = "NAME")]
+    group: Option<String>,
     /// Accept all defaults.
     #[arg(long)]
     yes: bool,
@@ -54,10 +57,13 @@ impl Init {
         if file.exists() && !self.force {
             return Err(Error::Exists { path: file }.into());
         }
-        let recording = Recording::read(&self.recording)?;
+        let recording = Recording::read_group(&self.recording, self.group.as_deref())?;
         let columns: Vec<_> = recording.columns().iter().map(|c| c.name.as_str()).collect();
         writeln!(out, "{} rows, columns: {}", recording.rows(), columns.join(", "))?;
-        let mut draft = Draft::new(&recording);
+        for note in recording.notes() {
+            writeln!(out, "  {note}")?;
+        }
+        let mut draft = Draft::new(&recording).with_group(self.group.clone());
         self.answer_questions(&mut draft, out)?;
         let (text, _) = draft.toml(&file)?;
         output::write(&file, text)?;

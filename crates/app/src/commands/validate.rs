@@ -7,7 +7,6 @@ use clap::Args;
 use stickslip::Watch;
 use stickslip::identify::{read_model, validate};
 use stickslip::machine::Machine;
-use stickslip::recording::Recording;
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -23,6 +22,9 @@ pub(crate) struct Validate {
     /// Machine file: columns, units, drive, controller.
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
+    /// Group (raster) of a recording with several [default: of the machine file, or the fastest one with its columns].
+    #[arg(long, value_name = "NAME")]
+    group: Option<String>,
     /// Folder for report.html, figures and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/validate")]
     pub(super) out: PathBuf,
@@ -35,10 +37,11 @@ impl Validate {
         watch.stage("read", 0.0)?;
         let model = read_model(&self.model)?;
         let machine = Machine::read(&self.machine)?;
-        let recording = Recording::read(&self.recording)?;
+        let recording = machine.recording(&self.recording, self.group.as_deref())?;
+        let group = self.group.as_ref().map_or(String::new(), |group| format!(" --group \"{group}\""));
         let validation = validate(&recording, &model, &machine, watch)?;
         let command = format!(
-            "stickslip validate {} --model {} --machine {}",
+            "stickslip validate {} --model {} --machine {}{group}",
             self.recording.display(),
             self.model.display(),
             self.machine.display()

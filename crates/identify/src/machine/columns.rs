@@ -89,8 +89,8 @@ fn has_word(name: &str, among: &[&str]) -> bool {
 
 /// The likeliest free column for a role; none without any indication.
 pub(super) fn proposed<'a>(recording: &'a Recording, role: Role, used: &[&str]) -> Option<&'a Column> {
-    let free =
-        recording.columns().iter().filter(|c| !used.contains(&c.name.as_str()) && recording.column(&c.name).is_ok());
+    let is_free = |c: &&Column| !used.contains(&c.name.as_str()) && !c.is_row_number();
+    let free = recording.columns().iter().filter(is_free).filter(|c| recording.column(&c.name).is_ok());
     let mut scored: Vec<(i32, &Column)> = free.map(|c| (score(c, role), c)).filter(|(score, _)| *score > 0).collect();
     // Of equal scores the first in the file.
     scored.sort_by_key(|(score, _)| -score);

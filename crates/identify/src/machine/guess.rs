@@ -16,6 +16,7 @@ use stickslip_recording::{Column, Recording};
 #[derive(Clone, Debug)]
 pub struct Draft<'a> {
     recording: &'a Recording,
+    group: Option<String>,
     answers: Vec<(Key, String)>,
 }
 
@@ -58,7 +59,12 @@ const NONE: &str = "-";
 impl<'a> Draft<'a> {
     /// A draft without answers.
     pub fn new(recording: &'a Recording) -> Self {
-        Draft { recording, answers: Vec::new() }
+        Draft { recording, group: None, answers: Vec::new() }
+    }
+
+    /// The draft for this group of the file, which later commands read as well.
+    pub fn with_group(self, group: Option<String>) -> Self {
+        Draft { group, ..self }
     }
 
     fn answer_to(&self, key: Key) -> Option<&str> {
@@ -289,6 +295,9 @@ impl<'a> Draft<'a> {
         line(format!("# The machine of the recording {file}, for `stickslip identify`."));
         line(format!("name = {}", string(answer_to(Key::Name))));
         line(format!("axis = \"{}\" # linear: kg, N; rotary: kg m², N m", answer_to(Key::Axis)));
+        if let Some(group) = &self.group {
+            line(format!("group = {} # the only group of the file that is read", string(group)));
+        }
         // Six digits: no clock is more accurate.
         let milliseconds: f64 = format!("{:.5e}", period * 1e3).parse().unwrap_or(period * 1e3);
         line(format!("sampling_period = {{ value = {milliseconds:?}, unit = \"ms\" }}"));
