@@ -22,6 +22,7 @@ pub use signals::{Recorded, Signals};
 
 use stickslip_base::units::{Dimension, Quantity};
 use stickslip_base::{Error, input};
+use stickslip_recording::{Recording, Wanted};
 
 /// A machine file, checked, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,8 @@ pub struct Machine {
     pub name: String,
     /// How it moves.
     pub axis: Axis,
+    /// The only group (raster) of the file that is read; default: the fastest one with the columns.
+    pub group: Option<String>,
     /// Sampling period of controller and recording [s].
     pub sampling_period: f64,
     /// Whether uneven samples are interpolated on a grid of the sampling period.
@@ -177,6 +180,7 @@ impl Default for Recipe {
 struct File {
     name: String,
     axis: Axis,
+    group: Option<String>,
     sampling_period: Quantity,
     #[serde(default)]
     resample: bool,
@@ -238,6 +242,7 @@ impl Machine {
             gain,
             name: file.name,
             axis: file.axis,
+            group: file.group,
             columns: file.columns,
             controller: file.controller,
             pendulum: file.pendulum.map(|pendulum| pendulum.beside(path)),
@@ -251,6 +256,15 @@ impl Machine {
             return Err(IdentifyError::MachineFile { path: path.to_owned(), message }.into());
         }
         Ok(machine)
+    }
+
+    /// The recording of a file, with the columns of this machine. `group` replaces the group of the machine file.
+    ///
+    /// # Errors
+    /// Those of [`Recording::read_wanted`].
+    pub fn recording(&self, path: &Path, group: Option<&str>) -> Result<Recording, Error> {
+        let group = group.map(str::to_owned).or_else(|| self.group.clone());
+        Recording::read_wanted(path, &Wanted { group, columns: self.columns.names() })
     }
 
     fn check(&self, path: &Path) -> Result<(), Error> {
@@ -302,6 +316,21 @@ impl Machine {
 }
 
 impl Columns {
+    /// Names of all columns.
+    fn names(&self) -> Vec<String> {
+        let optional = [
+            &self.time,
+            &self.velocity,
+            &self.motor_position,
+            &self.reference,
+            &self.injected,
+            &self.run,
+            &self.enabled,
+        ];
+        let all = [&self.position, &self.command].into_iter().chain(optional.into_iter().flatten());
+        all.map(|channel| channel.name.clone()).collect()
+    }
+
     /// Columns of positions.
     fn positions(&self) -> impl Iterator<Item = (&'static str, &Channel)> {
         let all = [

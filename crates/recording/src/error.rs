@@ -15,18 +15,17 @@ pub enum RecordingError {
         path: PathBuf,
     },
     /// A row that does not match its header.
-    #[error("{}:{line}: {}. Correct or remove the row.", path.display(), message(fault))]
+    #[error("{}:{line}: {}", path.display(), message(fault))]
     BadRow {
         /// The file.
         path: PathBuf,
         /// Position, from 1.
         line: u64,
-        /// The fault.
+        /// The fault and its remedy, in sentences.
         fault: String,
     },
-    /// A cell that is not a finite number.
-    #[error("{}:{line}: column `{}` holds \"{}\", not a finite number. Write numbers with a decimal point, \
-        or remove the rows without a value.", path.display(), excerpt(column), excerpt(text))]
+    /// A cell that is not a usable number.
+    #[error("{}:{line}: column `{}` holds \"{}\", {fault}", path.display(), excerpt(column), excerpt(text))]
     BadCell {
         /// The file.
         path: PathBuf,
@@ -36,6 +35,8 @@ pub enum RecordingError {
         column: String,
         /// Text of the cell.
         text: String,
+        /// The fault and its remedy.
+        fault: &'static str,
     },
     /// A column that the recording does not have.
     #[error("{}: unknown column `{}`. Columns: {}. Did you mean `{}`? Set its name under [columns] in the machine file.",
@@ -49,6 +50,16 @@ pub enum RecordingError {
         columns: Vec<String>,
         /// The most similar column.
         nearest: String,
+    },
+    /// A group that the file does not have.
+    #[error("{}: unknown group \"{name}\". Groups: {}. Select one with --group NAME.", path.display(), groups.join(", "))]
+    MissingGroup {
+        /// The file.
+        path: PathBuf,
+        /// The requested name.
+        name: String,
+        /// The groups of the file.
+        groups: Vec<String>,
     },
     /// Time stamps that are not on an even grid.
     #[error("{}:{line}: {fault}: step {step:.3e} s, period {period:.3e} s. {remedy}", path.display())]

@@ -1,11 +1,4 @@
-//! A recording of an axis: named columns of numbers, from any kind of file.
-//!
-//! | file | read as | units |
-//! |-|-|-|
-//! | text | comma, semicolon or tab; decimal point or comma; `#` comments; UTF-8, UTF-16 or Latin-1; may be gzipped | `x [mm]`, `x (mm)` or a row below the header |
-//! | MAT, level 5 | vectors and columns of matrices, compressed or not | none |
-//! | Parquet | flat columns of numbers, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
-//! | MDF 4 | numbers of the group with the most signals; see [`mdf`] | of channel or conversion |
+//! A recording of an axis: named columns of numbers, from any kind of file. [`decode`] lists the formats.
 //!
 //! ```
 //! use std::path::Path;
@@ -19,19 +12,19 @@
 #![forbid(unsafe_code)]
 
 pub mod capture;
+mod column;
+pub mod decode;
 mod error;
 pub mod export;
-mod mat;
 pub mod mdf;
-mod parquet;
 pub mod table;
-mod text;
 mod time;
 pub mod understand;
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
+pub use column::Column;
+pub use decode::Wanted;
 pub use error::RecordingError;
 pub use time::{Spacing, resample};
 
@@ -44,82 +37,40 @@ pub struct Recording {
     columns: Vec<Column>,
     /// Line of each row in a text, or its number in a table; counted from 1.
     lines: Vec<u64>,
-}
-
-/// One signal.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    /// Name in the header, without the unit.
-    pub name: String,
-    /// Unit in the file.
-    pub unit: Option<String>,
-    /// One value per row, relative to `origin`; cells that are not finite numbers are NaN.
-    pub values: Vec<f64>,
-    /// Added to all values: 0, but for whole numbers beyond 2⁵³, whose differences would be rounded.
-    pub origin: f64,
-    /// The first cell that is not a finite number, and its row. It matters only if the column is used.
-    fault: Option<(usize, String)>,
-}
-
-impl Column {
-    /// A column without a unit.
-    pub fn new(name: &str, values: Vec<f64>) -> Self {
-        let fault = values.iter().position(|v| !v.is_finite()).map(|row| (row, values[row].to_string()));
-        Column { name: name.to_owned(), unit: None, values, origin: 0.0, fault }
-    }
-
-    /// The column with this unit.
-    pub fn with_unit(self, unit: Option<String>) -> Self {
-        Column { unit, ..self }
-    }
+    notes: Vec<String>,
 }
 
 impl Recording {
-    /// Reads a file; its kind and gzip are recognised by content.
+    /// Reads a file; its kind and gzip are recognised by content. Of several groups the fastest one is the grid.
     ///
     /// # Errors
     /// A file that cannot be read, is of another kind, has no rows, or has rows of different length.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let failed = |source| Error::file(path, "read", source);
-        let bytes = input::read(path, input::RECORDING)?;
-        if bytes.starts_with(b"PAR1") {
-            if input::is_standard_input(path) {
-                return Err(unreadable(path, "Parquet from standard input is not supported", "Save it as a file."));
-            }
-            return parquet::read(path);
-        }
-        if !bytes.starts_with(&[0x1f, 0x8b]) {
-            return Self::parse(path, &bytes);
-        }
-        let mut inner = Vec::new();
-        let most = input::RECORDING.bytes();
-        let unpacked = flate2::read::MultiGzDecoder::new(bytes.as_slice());
-        unpacked.take(most + 1).read_to_end(&mut inner).map_err(failed)?;
-        if inner.len() as u64 > most {
-            return Err(input::RECORDING.exceeded(path, None));
-        }
-        Self::parse(path, &inner)
+        decode::read(path, &Wanted::default())
     }
 
-    /// Parses the contents of a text, MAT or MDF file.
+    /// Reads one group of a file, by name; without a name as [`read`](Self::read).
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), and an unknown group.
+    pub fn read_group(path: &Path, group: Option<&str>) -> Result<Self, Error> {
+        decode::read(path, &Wanted { group: group.map(str::to_owned), columns: Vec::new() })
+    }
+
+    /// Reads the groups of a file that hold what is wanted.
+    ///
+    /// # Errors
+    /// As [`read_group`](Self::read_group).
+    pub fn read_wanted(path: &Path, wanted: &Wanted) -> Result<Self, Error> {
+        decode::read(path, wanted)
+    }
+
+    /// Parses the contents of a file of any format except Parquet.
     ///
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
-        let refuse = |fault: &str, remedy: &str| Err(unreadable(path, fault, remedy));
-        if bytes.starts_with(b"MATLAB 5.0") {
-            return mat::read(path, bytes);
-        }
-        if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
-            return refuse(
-                "unsupported HDF5 file, as MATLAB writes with -v7.3",
-                "Save it again with save(…, '-v7'), or as CSV.",
-            );
-        }
-        if mdf::recognises(bytes) {
-            return mdf::table(path, bytes);
-        }
-        text::read(path, bytes)
+        decode::parse(path, bytes, &Wanted::default())
     }
 
     /// A recording from columns in memory; messages use `name` as its path.
@@ -129,16 +80,7 @@ impl Recording {
     pub fn from_columns(name: &str, columns: Vec<Column>) -> Self {
         let rows = columns.first().map_or(0, |c| c.values.len());
         assert!(columns.iter().all(|c| c.values.len() == rows), "columns of a recording have equal lengths");
-        Recording { path: name.into(), columns, lines: (2..rows as u64 + 2).collect() }
-    }
-
-    /// A recording from a table whose rows have numbers instead of lines.
-    fn from_table(path: &Path, columns: Vec<Column>) -> Result<Self, Error> {
-        let rows = columns.first().map_or(0, |c| c.values.len());
-        if rows == 0 {
-            return Err(RecordingError::EmptyRecording { path: path.to_owned() }.into());
-        }
-        Ok(Recording { path: path.to_owned(), columns, lines: (1..=rows as u64).collect() })
+        Recording { path: name.into(), columns, lines: (2..rows as u64 + 2).collect(), notes: Vec::new() }
     }
 
     /// The rows of a range.
@@ -146,12 +88,9 @@ impl Recording {
     /// # Panics
     /// If the range ends beyond the last row.
     pub fn rows_of(&self, range: std::ops::Range<usize>) -> Self {
-        let cut = |c: &Column| {
-            let cut = Column::new(&c.name, c.values[range.clone()].to_vec()).with_unit(c.unit.clone());
-            Column { origin: c.origin, ..cut }
-        };
-        let columns = self.columns.iter().map(cut).collect();
-        Recording { path: self.path.clone(), columns, lines: self.lines[range.clone()].to_vec() }
+        let rows: Vec<usize> = range.clone().collect();
+        let columns = self.columns.iter().map(|column| column.keep(&rows)).collect();
+        Recording { columns, lines: self.lines[range].to_vec(), path: self.path.clone(), notes: self.notes.clone() }
     }
 
     /// Number of rows.
@@ -162,6 +101,11 @@ impl Recording {
     /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// What was done to the file and chosen when it was read, in whole sentences.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// All columns, in the order of the file.
@@ -190,12 +134,13 @@ impl Recording {
         if matches.next().is_some() {
             return Err(self.doubtful(name, "is not unique", "Rename one of them."));
         }
-        if let Some((row, text)) = &column.fault {
+        if let Some(fault) = &column.fault {
             return Err(RecordingError::BadCell {
                 path: self.path.clone(),
-                line: self.lines[*row],
+                line: self.lines[fault.row],
                 column: name.to_owned(),
-                text: text.clone(),
+                text: fault.text.clone(),
+                fault: fault.cause.unwrap_or(decode::NOT_A_NUMBER),
             }
             .into());
         }

@@ -78,8 +78,8 @@ fn a_table_from_a_german_spreadsheet_is_read() {
     assert!(message(parse("Zeit;Weg\ns;mm\n0;1\n1;?\n").unwrap().column("Weg")).starts_with("axis.csv:4: "));
     // A first row without units is a row without values.
     assert!(parse("t,x\nfoo,bar\n0,1\n").unwrap().column("x").is_err());
-    // Numbers with both points and commas are refused.
-    assert!(parse("t;x\n0;1.234,5\n").unwrap().column("x").is_err());
+    // With both separators the last one is that of decimals.
+    assert_eq!(parse("t;x\n0;1.234,5\n").unwrap().column("x").unwrap().values, [1234.5]);
 }
 
 #[test]

@@ -66,3 +66,44 @@ for name, compression in (("plain", 0), ("zipped", 1), ("transposed", 2)):
         )
         mdf.append([signal("slow", position[:5], "m")])
         mdf.save(here / f"{name}.mf4", overwrite=True, compression=compression)
+
+# Structures as Simulink (structure with time), ControlDesk (two rasters) and To File write them.
+few = slice(0, 20)
+t, x, u = time[few], position[few], np.cos(40 * time[few])
+signal_fields = [("values", "O"), ("dimensions", "O"), ("label", "O")]
+scope = np.array([(x[:, None], 1.0, "pos"), (np.column_stack([u, 2 * u]), 2.0, "")], dtype=signal_fields)
+scipy.io.savemat(here / "simulink.mat", {"logs": {"time": t[:, None], "signals": scope, "blockName": "m/Scope"}})
+fields = ["Name", "Data", "Unit"]
+stamps = np.array([("t", t, "s"), ("t", t[::5], "s")], dtype=[(name, "O") for name in fields])
+traces = [("pos", x, "mm", 1.0), ("cmd", u, "V", 1.0), ("temperature", 20 + t[::5], "-", 2.0)]
+traces = np.array(traces, dtype=[(name, "O") for name in [*fields, "XIndex"]])
+scipy.io.savemat(here / "controldesk.mat", {"exp_001": {"X": stamps, "Y": traces}}, do_compression=True)
+scipy.io.savemat(here / "to_file.mat", {"ans": np.vstack([t, x, u])})
+scipy.io.savemat(here / "longer.mat", {"t": np.append(t, 0.020), "x": x, "u": u, "other": x[:7]})
+
+# Rasters of a calibration tool: a fast one, a slow one with more signals and a repeated name, and one beside the grid.
+with asammdf.MDF(version="4.10") as mdf:
+    fast = [signal("pos", position, "mm"), signal("cmd", np.cos(40 * time), "V")]
+    mdf.append(fast, comment="1ms")
+    slow = [("pos", position), ("temperature", 20 + time), ("state", np.floor(time * 100)), ("spare", position)]
+    mdf.append([asammdf.Signal(values[::10], time[::10], name=name) for name, values in slow], comment="10ms")
+    beside = asammdf.Signal(3 * time[:-1] + 3 * 2e-4, time[:-1] + 2e-4, name="ramp", unit="V")
+    mdf.append([beside], comment="other")
+    mdf.save(here / "rasters.mf4", overwrite=True, compression=2)
+
+rows = np.arange(20)
+since_1970 = 1_709_632_360_000_000_000 + 250_000 * rows
+types = {
+    "s": pa.array(1_709_632_360 + rows, pa.timestamp("s")),
+    "ms": pa.array(1_709_632_360_000 + rows, pa.timestamp("ms")),
+    "ns": pa.array(since_1970, pa.timestamp("ns", tz="UTC")),
+    "raw": since_1970,
+    "u8": (250 - rows).astype(np.uint8),
+    "u16": (65_000 + rows).astype(np.uint16),
+    "u32": (2**31 - 10 + rows).astype(np.uint32),
+    "u64": 2**63 - 10 + rows.astype(np.uint64),
+    "levels": pa.array(np.round(x, 3)).dictionary_encode(),
+    "words": pa.array(["a", "b"] * 10).dictionary_encode(),
+}
+pq.write_table(pa.table(types), here / "types.parquet")
+pq.write_table(pa.table({"ns": types["ns"], "x": x}), here / "int96.parquet", use_deprecated_int96_timestamps=True)

@@ -8,7 +8,6 @@ use stickslip::identify::servo::{self, ServoIdentification, identify_servo};
 use stickslip::identify::{DONE, Identification, ParameterLine, done, identify, parameter_lines, write};
 use stickslip::machine::Machine;
 use stickslip::quantity::number;
-use stickslip::recording::Recording;
 use stickslip::{Summary, Watch, shell};
 
 use crate::failure::Failure;
@@ -22,6 +21,9 @@ pub(crate) struct Identify {
     /// Machine file: columns, units, drive, controller. `stickslip machine init` writes one.
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
+    /// Group (raster) of a recording with several [default: of the machine file, or the fastest one with its columns].
+    #[arg(long, value_name = "NAME")]
+    group: Option<String>,
     /// Folder for report.html, figures, model.toml, feedforward.csv and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/identify")]
     pub(super) out: PathBuf,
@@ -33,9 +35,10 @@ impl Identify {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         watch.stage("read", 0.0)?;
         let machine = Machine::read(&self.machine)?;
-        let recording = Recording::read(&self.recording)?;
-        let command =
-            format!("stickslip identify {} --machine {}", shell::path(&self.recording), shell::path(&self.machine));
+        let recording = machine.recording(&self.recording, self.group.as_deref())?;
+        let group = self.group.as_ref().map_or(String::new(), |group| format!(" --group {}", shell::word(group)));
+        let (file, machine_file) = (shell::path(&self.recording), shell::path(&self.machine));
+        let command = format!("stickslip identify {file} --machine {machine_file}{group}");
         if machine.pendulum.is_some() {
             let identification = identify_servo(&recording, &machine, watch)?;
             watch.stage("write", 0.0)?;

@@ -30,6 +30,9 @@ pub(crate) struct Init {
     /// File to write [default: NAME-machine.toml in the folder of the recording].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Group (raster) of a recording with several [default: the fastest one]. The machine file keeps it.
+    #[arg(long, value_name = "NAME")]
+    group: Option<String>,
     /// Accept all defaults; a question without a default is then an error.
     #[arg(long)]
     yes: bool,
@@ -58,14 +61,17 @@ impl Init {
         if file.exists() && !self.force {
             return Err(Error::Exists { path: file }.into());
         }
-        let recording = Recording::read(&self.recording)?;
+        let recording = Recording::read_group(&self.recording, self.group.as_deref())?;
         let columns: Vec<_> = recording.columns().iter().map(|c| c.name.as_str()).collect();
         writeln!(out, "{} rows, columns: {}", recording.rows(), columns.join(", "))?;
-        let mut draft = Draft::new(&recording);
+        for note in recording.notes() {
+            writeln!(out, "  {note}")?;
+        }
+        let mut draft = Draft::new(&recording).with_group(self.group.clone());
         self.answer_questions(&mut draft, out)?;
         let (text, machine) = draft.toml(&file)?;
         output::write(&file, text)?;
-        for finding in machine.signals(&recording)?.findings {
+        for finding in machine.signals(&recording)?.findings.iter().skip(recording.notes().len()) {
             writeln!(out, "{}", finding.replace('\u{a0}', " "))?;
         }
         if !draft.guessed().is_empty() {

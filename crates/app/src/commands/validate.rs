@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use clap::Args;
 use stickslip::identify::{read_model, validate};
 use stickslip::machine::Machine;
-use stickslip::recording::Recording;
 use stickslip::{Watch, shell};
 
 use crate::failure::Failure;
@@ -23,6 +22,9 @@ pub(crate) struct Validate {
     /// Machine file: columns, units, drive, controller.
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
+    /// Group (raster) of a recording with several [default: of the machine file, or the fastest one with its columns].
+    #[arg(long, value_name = "NAME")]
+    group: Option<String>,
     /// Folder for report.html, figures and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/validate")]
     pub(super) out: PathBuf,
@@ -35,10 +37,11 @@ impl Validate {
         watch.stage("read", 0.0)?;
         let model = read_model(&self.model)?;
         let machine = Machine::read(&self.machine)?;
-        let recording = Recording::read(&self.recording)?;
+        let recording = machine.recording(&self.recording, self.group.as_deref())?;
+        let group = self.group.as_ref().map_or(String::new(), |group| format!(" --group {}", shell::word(group)));
         let validation = validate(&recording, &model, &machine, watch)?;
         let command = format!(
-            "stickslip validate {} --model {} --machine {}",
+            "stickslip validate {} --model {} --machine {}{group}",
             shell::path(&self.recording),
             shell::path(&self.model),
             shell::path(&self.machine)

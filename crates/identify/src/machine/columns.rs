@@ -90,8 +90,8 @@ fn has_word(name: &str, among: &[&str]) -> bool {
 
 /// The likeliest free column for a role; none without any indication.
 pub(super) fn proposed<'a>(recording: &'a Recording, role: Role, used: &[&str]) -> Option<&'a Column> {
-    let free =
-        recording.columns().iter().filter(|c| !used.contains(&c.name.as_str()) && recording.column(&c.name).is_ok());
+    let is_free = |c: &&Column| !used.contains(&c.name.as_str()) && !c.is_row_number();
+    let free = recording.columns().iter().filter(is_free).filter(|c| recording.column(&c.name).is_ok());
     let mut scored: Vec<(i32, &Column)> = free.map(|c| (score(c, role), c)).filter(|(score, _)| *score > 0).collect();
     // Of equal scores the first in the file.
     scored.sort_by_key(|(score, _)| -score);
@@ -107,7 +107,7 @@ fn score(column: &Column, role: Role) -> i32 {
         score += if role.fits().contains(&dimension) { 3 } else { -20 };
     }
     match role {
-        Role::Time if stamp_unit(column.origin, &column.values) == StampUnit::RowNumber && score < 4 => score -= 20,
+        Role::Time if stamp_unit(column.origin(), &column.values) == StampUnit::RowNumber && score < 4 => score -= 20,
         Role::Time if !mostly_rises(column) => score -= 20,
         Role::Time => score += 2,
         _ if constant || (rises && is_named(Role::Time)) => score -= 20,
@@ -143,7 +143,7 @@ pub(super) fn unit_of(column: &Column, role: Role) -> Option<String> {
         return Some(unit);
     }
     match role {
-        Role::Time => match stamp_unit(column.origin, &column.values) {
+        Role::Time => match stamp_unit(column.origin(), &column.values) {
             StampUnit::Certain(unit) => Some(unit.into()),
             StampUnit::Possible(units) if units.len() == 1 => Some(units[0].into()),
             StampUnit::Possible(_) | StampUnit::RowNumber => None,

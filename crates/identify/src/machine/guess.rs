@@ -18,6 +18,7 @@ use stickslip_recording::{Column, Recording};
 #[derive(Clone, Debug)]
 pub struct Draft<'a> {
     recording: &'a Recording,
+    group: Option<String>,
     answers: Vec<(Key, String)>,
     /// Names of the questions whose guess was accepted.
     guessed: Vec<&'static str>,
@@ -91,7 +92,12 @@ const NONE: &str = "-";
 impl<'a> Draft<'a> {
     /// A draft without answers.
     pub fn new(recording: &'a Recording) -> Self {
-        Draft { recording, answers: Vec::new(), guessed: Vec::new() }
+        Draft { recording, group: None, answers: Vec::new(), guessed: Vec::new() }
+    }
+
+    /// The draft for this group of the file, which later commands read as well.
+    pub fn with_group(self, group: Option<String>) -> Self {
+        Draft { group, ..self }
     }
 
     fn answer_to(&self, key: Key) -> Option<&str> {
@@ -190,7 +196,7 @@ impl<'a> Draft<'a> {
     }
 
     fn text_of_time_unit(&self) -> String {
-        let possible = match self.column(Key::Time).map(|time| stamp_unit(time.origin, &time.values)) {
+        let possible = match self.column(Key::Time).map(|time| stamp_unit(time.origin(), &time.values)) {
             Some(StampUnit::RowNumber) => {
                 "; the column counts rows, and may be no time: answer - to `time` then".into()
             }
@@ -348,6 +354,9 @@ impl<'a> Draft<'a> {
         }
         line(format!("name = {}", string(answer_to(Key::Name))));
         line(format!("axis = \"{}\" # linear: kg, N; rotary: kg m², N m", answer_to(Key::Axis)));
+        if let Some(group) = &self.group {
+            line(format!("group = {} # the only group of the file that is read", string(group)));
+        }
         // Six digits: no clock is more accurate.
         let milliseconds: f64 = format!("{:.5e}", period * 1e3).parse().unwrap_or(period * 1e3);
         line(format!("sampling_period = {{ value = {milliseconds:?}, unit = \"ms\" }}"));

@@ -198,3 +198,26 @@ fn the_screw_lead_is_requested_where_an_angle_must_become_a_distance() {
     assert_eq!((guessed.name.as_str(), guessed.screw_lead), ("axis \"7\" = #1", Some(2.5e-3)));
     assert!((guessed.gain / (2.4 * 0.05 * std::f64::consts::TAU / 2.5e-3) - 1.0).abs() < 1e-12);
 }
+
+#[test]
+fn a_row_number_is_neither_time_nor_command() {
+    let rows = |i: u32| format!("{i},{},{}\n", f64::from(i % 7) / 4.0, f64::from(i % 5) / 8.0);
+    let text: String = std::iter::once(",pos_mm,signal\n".to_owned()).chain((0..40).map(rows)).collect();
+    let recording = Recording::parse(Path::new("axis.csv"), text.as_bytes()).unwrap();
+    for role in [Role::Time, Role::Position, Role::Reference, Role::Command] {
+        assert_ne!(proposed(&recording, role, &[]).map(|column| column.name.as_str()), Some("row"), "{role:?}");
+    }
+}
+
+#[test]
+fn the_group_of_the_answers_is_read_by_later_commands() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference/recording/rasters.mf4");
+    let recording = Recording::read_group(&file, Some("1ms")).unwrap();
+    let draft = settle(&recording, &[]).unwrap().with_group(Some("1ms".into()));
+    let (text, machine) = draft.toml(Path::new("machine.toml")).unwrap();
+    assert!(text.contains("group = \"1ms\" #"), "{text}");
+    assert_eq!(machine.recording(&file, None).unwrap().notes(), recording.notes());
+    // The option replaces the key of the file.
+    let error = machine.recording(&file, Some("2ms")).unwrap_err().to_string();
+    assert!(error.contains("Groups: 1ms, 10ms, other."), "{error}");
+}

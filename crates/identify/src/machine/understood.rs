@@ -56,7 +56,7 @@ impl<'a> Reading<'a> {
             rows: 0..whole.rows(),
             time: None,
             uneven: machine.resample,
-            findings: Vec::new(),
+            findings: whole.notes().to_vec(),
             notes: Vec::new(),
             corrected: Vec::new(),
         };

@@ -2,6 +2,7 @@
 
 use super::Fault;
 use super::block::{Block, damaged};
+use crate::column::EXACT;
 
 /// How the numbers of a channel are stored.
 pub(super) struct Layout {
@@ -9,6 +10,8 @@ pub(super) struct Layout {
     /// Bit of the record that marks an invalid number.
     invalid: Option<usize>,
     conversion: Conversion,
+    /// Raw number that is zero of the values.
+    origin: u64,
 }
 
 enum Source {
@@ -87,7 +90,7 @@ impl Layout {
             }
             _ => return Ok(None),
         };
-        Ok(Some(Layout { source, invalid, conversion }))
+        Ok(Some(Layout { source, invalid, conversion, origin: 0 }))
     }
 
     /// The reason why the values are not available.
@@ -95,6 +98,27 @@ impl Layout {
         match &self.conversion {
             Conversion::Unknown(fault) => Some(fault.clone()),
             _ => None,
+        }
+    }
+
+    /// Sets the origin from the first record, if it is a whole number beyond the precision of `f64` (stamps in
+    /// nanoseconds since 1970): the values are then exact differences from it.
+    pub(super) fn set_origin(&mut self, record: &[u8]) {
+        let factor_only = matches!(self.conversion, Conversion::None | Conversion::Linear(_));
+        if let (Source::Field(field), true) = (&self.source, factor_only) {
+            let first = field.word(record);
+            if !matches!(field.kind, Kind::Float) && first >= EXACT as u64 && first <= i64::MAX as u64 {
+                self.origin = first as f64 as u64;
+            }
+        }
+    }
+
+    /// Zero of the values, converted.
+    pub(super) fn origin(&self) -> f64 {
+        match (self.origin, &self.conversion) {
+            (0, _) => 0.0,
+            (origin, Conversion::Linear([offset, factor])) => offset + factor * origin as f64,
+            (origin, _) => origin as f64,
         }
     }
 
@@ -106,11 +130,13 @@ impl Layout {
         }
         let raw = match &self.source {
             Source::Row => row as f64,
+            Source::Field(field) if self.origin > 0 => field.word(record).wrapping_sub(self.origin) as i64 as f64,
             Source::Field(field) => field.number(record),
             Source::Nothing => f64::NAN,
         };
         match &self.conversion {
             Conversion::None => raw,
+            Conversion::Linear([_, factor]) if self.origin > 0 => factor * raw,
             Conversion::Linear([offset, factor]) => offset + factor * raw,
             Conversion::Rational([a, b, c, d, e, f]) => ((a * raw + b) * raw + c) / ((d * raw + e) * raw + f),
             Conversion::Unknown(_) => f64::NAN,
@@ -119,7 +145,8 @@ impl Layout {
 }
 
 impl Field {
-    fn number(&self, record: &[u8]) -> f64 {
+    /// Its bits, as an unsigned number.
+    fn word(&self, record: &[u8]) -> u64 {
         let mut bytes = [0; 16];
         let bytes_of_field = &mut bytes[..self.bytes];
         bytes_of_field.copy_from_slice(&record[self.start..self.start + self.bytes]);
@@ -127,7 +154,12 @@ impl Field {
             bytes_of_field.reverse();
         }
         let unused = 64 - self.bits;
-        let word = ((u128::from_le_bytes(bytes) >> self.shift) as u64) << unused;
+        ((u128::from_le_bytes(bytes) >> self.shift) as u64) << unused >> unused
+    }
+
+    fn number(&self, record: &[u8]) -> f64 {
+        let unused = 64 - self.bits;
+        let word = self.word(record) << unused;
         match self.kind {
             Kind::Unsigned => (word >> unused) as f64,
             Kind::Signed => (word as i64 >> unused) as f64,

@@ -38,7 +38,7 @@ use std::time::SystemTime;
 pub use recovery::recover;
 pub use writer::Writer;
 
-use super::{Column, Recording, unreadable};
+use super::unreadable;
 use stickslip_base::{Error, input};
 
 /// Description of a recording.
@@ -135,8 +135,10 @@ pub struct Contents {
 /// Signals that were sampled together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// Name, or empty.
+    /// Name, name of the source, or comment; may be empty.
     pub name: String,
+    /// Index of the signal with the time of the samples.
+    pub master: Option<usize>,
     /// Signals of equal length.
     pub signals: Vec<Signal>,
 }
@@ -146,10 +148,12 @@ pub struct Group {
 pub struct Signal {
     /// The channel.
     pub channel: Channel,
-    /// One value per row, in the channel's unit; NaN for invalid values.
+    /// One value per row, in the channel's unit and without the origin; NaN for invalid values.
     pub values: Vec<f64>,
+    /// Zero of the values: 0 except for whole numbers that exceed the precision of `f64`.
+    pub origin: f64,
     /// The reason why all values are NaN, for an unknown conversion.
-    fault: Option<String>,
+    pub(crate) fault: Option<String>,
 }
 
 /// Reads a whole file, also of an interrupted writer.
@@ -246,18 +250,9 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MDF  ") || bytes.starts_with(block::UNFINISHED)
 }
 
-/// The group with the most signals, as columns.
-pub(super) fn table(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
-    let contents = reader::contents(bytes).map_err(|fault| fault.of(path))?;
-    let size = |group: &Group| (group.signals.len(), group.signals.first().map_or(0, |s| s.values.len()));
-    let signals = contents.groups.into_iter().max_by_key(size).map(|group| group.signals).unwrap_or_default();
-    let column = |signal: Signal| {
-        let unit = Some(signal.channel.unit).filter(|unit| !unit.is_empty());
-        let mut column = Column::new(&signal.channel.name, signal.values).with_unit(unit);
-        column.fault = signal.fault.map(|fault| (0, fault)).or(column.fault);
-        column
-    };
-    Recording::from_table(path, signals.into_iter().map(column).collect())
+/// All groups of a file in memory.
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Contents, Error> {
+    reader::contents(bytes).map_err(|fault| fault.of(path))
 }
 
 /// A fault of a file with its remedy.

@@ -43,6 +43,7 @@ pub(super) fn complete(file: &[u8]) -> Result<(Cow<'_, [u8]>, bool), Fault> {
 /// Places of the values of a group.
 pub(super) struct Layouts {
     name: String,
+    master: Option<usize>,
     pub(super) channels: Vec<(Channel, Layout)>,
     pub(super) rows: usize,
     /// Length of a record [bytes].
@@ -65,13 +66,23 @@ impl Layouts {
         let mut rows = self.rows(file);
         // The number of rows in a file is not trusted before they are read.
         let mut columns = vec![Vec::new(); self.channels.len()];
+        let mut channels = self.channels;
         while let Some((row, record)) = rows.take()? {
-            let values = columns.iter_mut().zip(&self.channels);
-            values.for_each(|(values, (_, layout))| values.push(layout.value(row, record)));
+            let values = columns.iter_mut().zip(&mut channels);
+            values.for_each(|(values, (_, layout))| {
+                if row == 0 {
+                    layout.set_origin(record);
+                }
+                values.push(layout.value(row, record));
+            });
         }
-        let channels = self.channels.into_iter().zip(columns);
-        let signals = channels.map(|((channel, layout), values)| Signal { channel, values, fault: layout.fault() });
-        Ok(Group { name: self.name, signals: signals.collect() })
+        let signals = channels.into_iter().zip(columns).map(|((channel, layout), values)| Signal {
+            channel,
+            values,
+            origin: layout.origin(),
+            fault: layout.fault(),
+        });
+        Ok(Group { name: self.name, master: self.master, signals: signals.collect() })
     }
 }
 
@@ -203,7 +214,7 @@ impl<'a> File<'a> {
         if length == 0 && rows > LARGEST {
             return Err(damaged(&format!("a group has no bytes but states {rows} rows")));
         }
-        let mut channels = Vec::new();
+        let (mut channels, mut master) = (Vec::new(), None);
         for channel in self.chain(group.link(1), b"CN")? {
             let conversion = match channel.link(4) {
                 0 => None,
@@ -215,10 +226,30 @@ impl<'a> File<'a> {
                 (unit, _) => unit,
             };
             let unit = self.name(unit)?;
+            // A stored or virtual master whose quantity is time.
+            if matches!(channel.byte(0)?, 2 | 3) && channel.byte(1)? <= 1 {
+                master = Some(channels.len());
+            }
             let channel = Channel { name: self.name(channel.link(2))?, unit, comment: self.plain(channel.link(7))? };
             channels.push((channel, layout));
         }
-        Ok(Layouts { name: self.name(group.link(2))?, channels, rows, length, data })
+        let name = self.name_of_group(group)?;
+        Ok(Layouts { name, master, channels, rows, length, data })
+    }
+
+    /// Name of the acquisition, of its source, or the first line of the comment.
+    fn name_of_group(&self, group: Block) -> Result<String, Fault> {
+        let name = self.name(group.link(2))?;
+        let source = |link| Block::named(self.bytes, link, b"SI").and_then(|block| self.name(block.link(0)));
+        if !name.is_empty() {
+            return Ok(name);
+        }
+        let name = if group.link(3) == 0 { String::new() } else { source(group.link(3)).unwrap_or_default() };
+        if !name.is_empty() {
+            return Ok(name);
+        }
+        let comment = self.plain(group.link(5)).unwrap_or_default();
+        Ok(comment.lines().next().unwrap_or_default().trim().chars().take(80).collect())
     }
 
     fn event(&mut self, event: Block) -> Result<(f64, Event), Fault> {
