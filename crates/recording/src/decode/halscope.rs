@@ -33,7 +33,7 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Table, Error> {
         let words: Vec<&str> = row.split_whitespace().collect();
         let pairs = words.chunks_exact(2).map(|pair| Some((pair[0], pair[1].parse::<f64>().ok()?)));
         let pairs: Option<Vec<(&str, f64)>> = pairs.collect();
-        let pairs = pairs.filter(|_| words.len() % 2 == 0).ok_or_else(|| bad_row(path, line, PAIRS))?;
+        let pairs = pairs.filter(|_| words.len().is_multiple_of(2)).ok_or_else(|| bad_row(path, line, PAIRS))?;
         if columns.is_empty() {
             columns = pairs.iter().map(|(name, _)| Column::new(name, Vec::new())).collect();
         }

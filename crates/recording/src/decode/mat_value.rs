@@ -154,9 +154,12 @@ fn structures(parts: &mut Elements, count: usize, depth: usize) -> Option<Value>
     let (_, names) = parts.next()?;
     let name = |chunk: &[u8]| String::from_utf8_lossy(chunk.split(|b| *b == 0).next().unwrap_or_default()).into_owned();
     let names: Vec<String> = if length == 0 { Vec::new() } else { names.chunks_exact(length).map(name).collect() };
+    if names.is_empty() {
+        return Some(Value::Structures(Vec::new()));
+    }
     let mut fields = elements(parts, count.checked_mul(names.len())?, depth)?.into_iter();
     let element = |_| names.iter().cloned().zip(fields.by_ref().take(names.len())).collect();
-    Some(Value::Structures((0..count.min(LARGEST as usize >> 8)).map(element).collect()))
+    Some(Value::Structures((0..count).map(element).collect()))
 }
 
 /// A text in any stored type.

@@ -80,7 +80,7 @@ fn values(
         let mut float = |value: Option<f64>| floats.push(value.unwrap_or(f64::NAN));
         let mut whole = |value: Option<i128>| integers.push(value);
         match file.get_row_group(group)?.get_column_reader(index)? {
-            ColumnReader::DoubleColumnReader(r) => take(r, rows, level, |v| float(v))?,
+            ColumnReader::DoubleColumnReader(r) => take(r, rows, level, &mut float)?,
             ColumnReader::FloatColumnReader(r) => take(r, rows, level, |v| float(v.map(f64::from)))?,
             ColumnReader::BoolColumnReader(r) => take(r, rows, level, |v| float(v.map(|v| u8::from(v).into())))?,
             ColumnReader::Int32ColumnReader(r) if unsigned => {

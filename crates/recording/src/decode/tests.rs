@@ -65,7 +65,7 @@ fn full_stamps_and_repeated_rows_of_twincat_are_read() {
     let read = parse(&format!("Name;Scope\nFile;x\n\nName;ActPos\nUnit;mm\n\n{full}EOF\n"));
     let time = read.column("time").unwrap();
     assert_eq!(time.unit.as_deref(), Some("ms"));
-    assert!((time.origin() - 133_546_915_600_04.0).abs() < 1.0, "{}", time.origin());
+    assert!((time.origin() - 13_354_691_560_004.0).abs() < 1.0, "{}", time.origin());
     assert!(time.values.windows(2).all(|w| (w[1] - w[0] - 1.0).abs() < 1e-9));
     // "Fill with the previous value": the slow channel repeats its rows. The header has names only.
     let filled = rows(|i| format!("{i},{i}.5,{},{}.25", i / 4 * 4, i / 4 * 4));
@@ -177,6 +177,12 @@ fn separators_of_thousands_are_read_as_the_file_shows_or_refused() {
     assert_eq!(values(&german, "pos"), [0.0, 112_345.0]);
     let unclear = parse("t,pos\n0,\"0\"\n1,\"112,345\"\n").column("pos").unwrap_err().to_string();
     assert!(unclear.starts_with("axis.csv:3: column `pos` holds \"112,345\", which has two readings"), "{unclear}");
+}
+
+#[test]
+fn a_long_cell_is_shortened_in_the_message() {
+    let error = parse(&format!("t,x\n0,{}\n", "y".repeat(300_000))).column("x").unwrap_err().to_string();
+    assert!(error.len() < 500 && error.contains("yyy… (300000 characters)"), "{}", error.len());
 }
 
 #[test]
