@@ -68,11 +68,16 @@ const DELIMITERS: [u8; 7] = *b",;\t |=:";
 const INTEGERS: [u64; 9] =
     [0, 1, 0xff, 0x7fff, 0xffff_ffff, 0x7fff_ffff, u64::MAX, i64::MAX as u64, 0x0000_0001_0000_0000];
 
+/// Largest mutant [bytes].
+const LARGEST: usize = 1 << 20;
+
 /// One to four mutations of one of the seeds.
 pub(super) fn mutant(random: &mut Random, seeds: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = random.pick(seeds).clone();
     for _ in 0..=random.below(4) {
         mutate(random, &mut bytes);
+        // Repeated repetitions of a line would grow without bound.
+        bytes.truncate(LARGEST);
     }
     bytes
 }
