@@ -28,7 +28,7 @@ pub use decode::Wanted;
 pub use error::RecordingError;
 pub use time::{Spacing, resample};
 
-use stickslip_base::{Error, excerpt::excerpt, input};
+use stickslip_base::{Error, excerpt::excerpt};
 
 /// Columns of equal length, with their lines in the file for messages.
 #[derive(Clone, Debug, PartialEq)]
