@@ -9,15 +9,13 @@ use stickslip::run::Stored;
 use crate::error::{Exception, raised};
 use crate::watched::watched;
 
+/// Runs as JSON with their folders, and hints.
+type FoundRuns = (Vec<(String, Option<PathBuf>)>, Vec<String>);
+
 /// Find runs. Returns each as JSON with its folder, None where its files are missing, and hints on ignored terms of the
 /// query.
 #[pyfunction]
-pub(crate) fn runs_of(
-    py: Python<'_>,
-    query: &str,
-    project: Option<PathBuf>,
-    limit: u64,
-) -> PyResult<(Vec<(String, Option<PathBuf>)>, Vec<String>)> {
+pub(crate) fn runs_of(py: Python<'_>, query: &str, project: Option<PathBuf>, limit: u64) -> PyResult<FoundRuns> {
     let here = Path::new(".");
     let catalogue = match &project {
         Some(project) => Catalogue::of_project(project, here),
