@@ -9,6 +9,7 @@
 use crate::FitError;
 use nalgebra::{DMatrix, DVector};
 
+use super::statistics::student_t95;
 use stickslip_base::Error;
 
 /// Coefficients with their errors.
@@ -40,6 +41,16 @@ impl LinearFit {
         let row = |i: usize| self.covariance[i].iter().zip(weights).map(|(c, w)| c * w).sum::<f64>();
         weights.iter().enumerate().map(|(i, w)| w * row(i)).sum()
     }
+
+    /// Inserts a coefficient that is known exactly, as the first.
+    pub fn with_known_first(&mut self, value: f64) {
+        self.coefficients.insert(0, value);
+        self.ci95.insert(0, [value; 2]);
+        self.standard_errors.insert(0, 0.0);
+        self.white_standard_errors.insert(0, 0.0);
+        self.covariance.iter_mut().for_each(|row| row.insert(0, 0.0));
+        self.covariance.insert(0, vec![0.0; self.coefficients.len()]);
+    }
 }
 
 /// Least squares of `measured` over `columns`. Rows follow each other in time.
@@ -69,15 +80,63 @@ pub fn fit_linear(columns: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, E
     }
     let solved = upper.solve_upper_triangular(&qr.q().transpose()).expect("no zero on the diagonal");
     let pseudo_inverse = DMatrix::from_fn(k, n, |i, t| solved[(i, t)] / scales[i]);
-    let coefficients = &pseudo_inverse * &measured;
-    let residuals = &measured - &regressors * &coefficients;
+    Ok(finish(&pseudo_inverse, &regressors, &measured, condition, LongRun::of))
+}
 
-    let bread = &pseudo_inverse * pseudo_inverse.transpose();
+/// Least squares by instruments: Zᵀ·(y − X·β) = 0 with a column of `instruments` for each of `columns`.
+///
+/// Noise in the regressors, and disturbances that a controller feeds back into the force, bias ordinary least squares.
+/// Instruments are free of both, for example the same regressors of the motion that the set-point causes; they leave
+/// the estimate unbiased, at the price of a larger variance. With `instruments` equal to `columns` this is `fit_linear`
+/// with another covariance: that of [`LongRun::cosines`].
+///
+/// # Errors
+/// As [`fit_linear`].
+pub fn fit_instrumented(columns: &[Vec<f64>], instruments: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, Error> {
+    let (n, k) = (measured.len(), columns.len());
+    // Fewer rows give the covariance too few cosines.
+    let needed = (k + 1).max(32);
+    if n < needed {
+        let remedy = "Record longer, or decimate less.";
+        return Err(Error::TooFew { what: "rows for the least squares", found: n, needed, remedy });
+    }
+    let [regressors, instruments] = [columns, instruments].map(|all| DMatrix::from_fn(n, k, |i, j| all[j][i]));
+    let scales = |matrix: &DMatrix<f64>| -> Vec<f64> {
+        (0..k).map(|j| matrix.column(j).norm().max(f64::MIN_POSITIVE)).collect()
+    };
+    let [across, along] = [&regressors, &instruments].map(scales);
+    let product = instruments.transpose() * &regressors;
+    let scaled = DMatrix::from_fn(k, k, |i, j| product[(i, j)] / (along[i] * across[j]));
+    let smallest = scaled.singular_values().min();
+    // The product squares the condition of the regressors.
+    if smallest.is_nan() || smallest < 1e-12 {
+        return Err(FitError::Dependent { smallest }.into());
+    }
+    let inverse = scaled.try_inverse().ok_or(FitError::Dependent { smallest })?;
+    let inverse = DMatrix::from_fn(k, k, |i, j| inverse[(i, j)] / (across[i] * along[j]));
+    let pseudo_inverse = inverse * instruments.transpose();
+    let measured = DVector::from_column_slice(measured);
+    Ok(finish(&pseudo_inverse, &regressors, &measured, condition(&regressors), LongRun::cosines))
+}
+
+/// Coefficients and errors from the matrix that maps the measured values to the coefficients.
+fn finish(
+    pseudo_inverse: &DMatrix<f64>,
+    regressors: &DMatrix<f64>,
+    measured: &DVector<f64>,
+    condition: f64,
+    long_run: fn(&DMatrix<f64>) -> LongRun,
+) -> LinearFit {
+    let (n, k) = regressors.shape();
+    let coefficients = pseudo_inverse * measured;
+    let residuals = measured - regressors * &coefficients;
+
+    let bread = pseudo_inverse * pseudo_inverse.transpose();
     let white = residuals.norm_squared() / (n - k) as f64;
     let influence = DMatrix::from_fn(k, n, |i, t| pseudo_inverse[(i, t)] * residuals[t]);
-    let LongRun { covariance, lag, critical } = LongRun::of(&influence);
+    let LongRun { covariance, lag, critical } = long_run(&influence);
     let standard_errors: Vec<f64> = (0..k).map(|i| covariance[(i, i)].sqrt()).collect();
-    Ok(LinearFit {
+    LinearFit {
         covariance: (0..k).map(|i| (0..k).map(|j| covariance[(i, j)]).collect()).collect(),
         white_standard_errors: (0..k).map(|i| (white * bread[(i, i)]).sqrt()).collect(),
         ci95: (0..k).map(|i| [-1.0, 1.0].map(|sign| coefficients[i] + sign * critical * standard_errors[i])).collect(),
@@ -87,7 +146,7 @@ pub fn fit_linear(columns: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, E
         condition,
         relative_error: residuals.norm() / measured.norm(),
         residuals: residuals.as_slice().to_vec(),
-    })
+    }
 }
 
 fn condition(regressors: &DMatrix<f64>) -> f64 {
@@ -123,6 +182,29 @@ impl LongRun {
         }
         covariance *= n as f64 / (n - k) as f64;
         LongRun { covariance, lag, critical: critical95(lag as f64 / n as f64) }
+    }
+
+    /// The same from the lowest frequencies of the influence, by equal weights on B = 0.25·n^⅔ cosines and Student's t
+    /// with B degrees of freedom: Lazarus, Lewis, Stock and Watson (2018), with fewer
+    /// cosines than their 0.41·n^⅔: intervals hold better for strongly correlated residuals.
+    pub fn cosines(influence: &DMatrix<f64>) -> Self {
+        let (k, n) = influence.shape();
+        let count = ((0.25 * libm::pow(n as f64, 2.0 / 3.0)) as usize).clamp(4, n - 1);
+        let mut covariance = DMatrix::zeros(k, k);
+        for j in 1..=count {
+            // cos(ω·(t + ½)) for rising t by Chebyshev's recurrence.
+            let omega = std::f64::consts::PI * j as f64 / n as f64;
+            let twice = 2.0 * libm::cos(omega);
+            let (mut now, mut last) = (libm::cos(0.5 * omega), libm::cos(0.5 * omega));
+            let mut sum = DVector::zeros(k);
+            for t in 0..n {
+                sum.axpy(now, &influence.column(t), 1.0);
+                (now, last) = (twice * now - last, now);
+            }
+            covariance += &sum * sum.transpose() * (2.0 / count as f64);
+        }
+        covariance *= n as f64 / (n - k) as f64;
+        LongRun { covariance, lag: n / count, critical: student_t95(count as f64) }
     }
 }
 
@@ -167,6 +249,35 @@ mod tests {
     }
 
     #[test]
+    fn instruments_remove_the_bias_of_noisy_regressors_and_their_intervals_hold() {
+        let (n, seeds) = (800, 300);
+        let mut hits = [0.0; 2];
+        let mut middle = [0.0; 2];
+        for seed in 0..seeds {
+            let truth: Vec<f64> = (0..n).map(|t| (0.03 * t as f64).sin()).collect();
+            let mut drift = 0.0;
+            let (mut seen, mut measured) = (Vec::new(), Vec::new());
+            for (t, x) in truth.iter().enumerate() {
+                // The regressor has noise, and the disturbance acts on it too, as in a closed loop.
+                drift = 0.8 * drift + 0.1 * normal(seed, t as u64);
+                seen.push(x + 0.3 * normal(seed + 1000, t as u64) + drift);
+                measured.push(2.0 * x + drift);
+            }
+            let columns = [seen, vec![1.0; n]];
+            let plain = fit_linear(&columns, &measured).unwrap();
+            let free = fit_instrumented(&columns, &[truth, vec![1.0; n]], &measured).unwrap();
+            for (k, fit) in [plain, free].iter().enumerate() {
+                middle[k] += fit.coefficients[0] / seeds as f64;
+                let [low, high] = fit.ci95[0];
+                hits[k] += f64::from(u8::from(low <= 2.0 && 2.0 <= high)) / seeds as f64;
+            }
+        }
+        assert!(middle[0] < 1.8 && hits[0] < 0.05, "{middle:?} {hits:?}");
+        // 1.3 % is the standard deviation of a share of 95 % over 300 seeds.
+        assert!((middle[1] - 2.0).abs() < 0.01 && (0.91..=0.985).contains(&hits[1]), "{middle:?} {hits:?}");
+    }
+
+    #[test]
     fn a_law_without_noise_is_found() {
         let columns = [vec![1.0, 2.0, 4.0, 7.0], vec![1.0, -1.0, 1.0, 5.0]];
         let measured: Vec<f64> = (0..4).map(|i| 2.0 * columns[0][i] - 0.5 * columns[1][i]).collect();
@@ -187,6 +298,13 @@ mod tests {
             fit_linear(&[ramp.clone(), vec![0.0; 9]], &ramp).as_ref().err().and_then(|error| error.of()),
             Some(FitError::Dependent { .. })
         ));
+        let many: Vec<f64> = (0..64).map(f64::from).collect();
+        let twice: Vec<f64> = many.iter().map(|x| 2.0 * x).collect();
+        let both = [many.clone(), twice];
+        assert!(
+            fit_instrumented(&both, &both, &many).is_err()
+                && fit_instrumented(&[ramp.clone()], &[ramp.clone()], &ramp).is_err()
+        );
         assert!(matches!(fit_linear(&[ramp[..1].to_vec()], &ramp[..1]), Err(Error::TooFew { found: 1, .. })));
     }
 }

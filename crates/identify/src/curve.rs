@@ -58,7 +58,9 @@ impl FrictionCurve {
     /// From a motion, without its first `skip` samples, and the inertia. `low_pass` [Hz] is the cut-off of the motion's
     /// low-pass.
     pub fn of(motion: &Motion, inertia: f64, low_pass: f64, skip: usize) -> Self {
-        let range = skip..motion.samples();
+        // At its end the low-pass continues the recording without its acceleration.
+        let edge = ((3.0 / (low_pass * motion.period)) as usize).min(motion.samples() / 10);
+        let range = skip..motion.samples() - edge;
         let fast = quantile(motion.acceleration[range.clone()].iter().map(|a| a.abs()).collect(), 0.99);
         // Rise time of the low-pass, 0.34/f: over this time a reversal affects the speeds around it.
         let slowest = fast * 0.34 / low_pass;

@@ -3,9 +3,9 @@
 //! A logger that samples a fast command slowly holds values that the drive never followed for so long; a slow controller
 //! holds the command itself. The balance of forces decides: the reading with the smaller residual is used.
 
+use crate::balance::Balance;
 use crate::machine::{Machine, Signals};
 use crate::motion::Motion;
-use crate::rigid::Asymmetric;
 
 /// The signals with the reading of a held command that explains the motion better.
 pub(crate) fn choose(signals: Signals, machine: &Machine) -> Signals {
@@ -13,8 +13,8 @@ pub(crate) fn choose(signals: Signals, machine: &Machine) -> Signals {
     let as_recorded = Signals { command: held.clone(), ..signals.clone() };
     let residual = |signals: &Signals| {
         let motion = Motion::of(signals, machine).ok()?;
-        let rows = machine.recipe.skip.min(motion.samples())..motion.samples();
-        Asymmetric::identify(&motion, rows, machine.recipe.decimation).ok().map(|found| found.fit.relative_error)
+        let balance = Balance::of(&motion, signals, machine).ok()?;
+        balance.search(balance.directions(0.0)).ok().map(|solved| solved.fit.relative_error)
     };
     let (Some(released), Some(recorded)) = (residual(&signals), residual(&as_recorded)) else { return signals };
     if recorded < released {

@@ -23,6 +23,8 @@
 #![forbid(unsafe_code)]
 
 mod axis;
+mod balance;
+mod candidates;
 pub mod cross_validation;
 mod curve;
 pub mod curve_file;
@@ -46,6 +48,8 @@ pub mod servo;
 mod validate;
 
 pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
+pub use balance::Delay;
+pub use candidates::{Drift, Findings, LoadFriction, PeriodicForce, Resonance};
 pub use curve::{FrictionCurve, Plateau};
 pub use error::IdentifyError;
 pub use files::feedforward_csv;
@@ -60,6 +64,8 @@ pub use results::{summary, write};
 pub use rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 pub use validate::{Validation, validate};
 
+use crate::balance::Balance;
+use crate::candidates::Balanced;
 use crate::machine::{Axis, Machine, Signals};
 use stickslip_base::quantity::Estimate;
 use stickslip_base::{Error, Watch};
@@ -77,6 +83,8 @@ pub struct Identification {
     pub symmetric: Symmetric,
     /// One friction for each direction.
     pub asymmetric: Asymmetric,
+    /// What the balance of forces found beside mass and friction.
+    pub findings: Findings,
     /// Friction over speed.
     pub curve: FrictionCurve,
     /// Stribeck fit of the curve for positive and for negative velocity; none where it has fewer than five points.
@@ -91,7 +99,7 @@ pub struct Identification {
     pub command_unit: &'static str,
     /// The recording in SI units.
     pub signals: Signals,
-    /// Its motion.
+    /// Its motion, with the force delayed as the position is.
     pub motion: Motion,
 }
 
@@ -109,19 +117,28 @@ pub struct Lift {
 /// an inertia that is not positive; [`Error::Cancelled`].
 pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Result<Identification, Error> {
     watch.stage("balance of forces", 0.0)?;
-    let signals = held::choose(machine.signals(recording)?, machine);
-    let mut motion = Motion::of(&signals, machine)?;
-    let (samples, recipe) = (motion.samples(), machine.recipe);
+    let mut signals = held::choose(machine.signals(recording)?, machine);
+    let (samples, recipe) = (signals.position.len(), machine.recipe);
     let needed = 2 * (recipe.skip + 30 * recipe.decimation);
     if samples < needed {
         let remedy = "Record longer: two halves, so that one validates the other.";
         return Err(Error::TooFew { what: "samples in the recording", found: samples, needed, remedy });
     }
-    let symmetric = Symmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
-    if machine.vertical {
-        motion.unload(symmetric.fit.coefficients[3]);
+    let contains_injected = candidates::contains_injected(&signals, machine)?;
+    if contains_injected {
+        signals = candidates::without_injected(signals);
     }
-    let asymmetric = Asymmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
+    let mut motion = Motion::of(&signals, machine)?;
+    let mut balanced = candidates::balance(&Balance::of(&motion, &signals, machine)?)?;
+    let offset = balanced.symmetric.fit.coefficients[3];
+    if machine.vertical && offset.is_finite() {
+        motion.unload(offset);
+        let symmetric = balanced.symmetric;
+        balanced = Balanced { symmetric, ..candidates::balance(&Balance::of(&motion, &signals, machine)?)? };
+    }
+    let balance = Balance::of(&motion, &signals, machine)?;
+    let Balanced { symmetric, asymmetric, mut findings, solved } = balanced;
+    findings.injected_in_command = contains_injected;
     let mass = asymmetric.fit.coefficients[0];
     if mass.is_nan() || mass <= 0.0 {
         let remedy = "The command moves the axis the other way: reverse the sign of drive.gain, or check whether a \
@@ -129,11 +146,12 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
                       an arm, is not part of the model and has the same effect.";
         return Err(IdentifyError::Implausible { what: "the identified inertia", value: mass, remedy }.into());
     }
-    let curve = FrictionCurve::of(&motion, mass, recipe.low_pass, recipe.skip);
+    let aligned = balance.aligned(&solved);
+    let curve = FrictionCurve::of(&balance.sliding(&solved, &aligned), mass, recipe.low_pass, recipe.skip);
     let stribeck = [Side::Positive, Side::Negative]
         .map(|side| fit_stribeck(&curve.points, &StribeckPlan { side, ..StribeckPlan::default() }).ok());
     let around = Loop::of(&signals, &motion, machine);
-    let candidates = models::candidates(&motion, around.as_ref(), &recipe, watch)?;
+    let candidates = models::candidates(&motion, around.as_ref(), (&balance, &solved), watch)?;
     let folds: Vec<Vec<f64>> = candidates.iter().map(|candidate| candidate.folds.clone()).collect();
     let choice = choose(&folds).expect("there are candidates, each judged on the same blocks");
     let simulate = |around: Loop<'_>| around.simulate(&candidates[choice.chosen].model, 2..samples, watch);
@@ -149,7 +167,8 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
         choice,
         closed_loop,
         command_unit: machine.drive.command.si_unit(),
-        motion,
+        findings,
+        motion: aligned,
         signals,
     })
 }
@@ -190,5 +209,7 @@ impl Identification {
     }
 }
 
+#[cfg(test)]
+mod simulated;
 #[cfg(test)]
 mod tests;

@@ -9,7 +9,9 @@ impl Identification {
     /// Quantities that no analysis of this recording can determine, with cause and remedy; a sentence or two each.
     pub fn limits(&self) -> Vec<String> {
         let unit = |name| unit(self.axis, name);
-        let sides = ["positive", "negative"].into_iter().zip(&self.stribeck);
+        let sides = [("positive", 1), ("negative", -1)].into_iter().zip(&self.stribeck);
+        let moved = |(_, sign): (&str, i8)| self.findings.only.is_none_or(|only| only == sign);
+        let sides = sides.filter(|(side, _)| moved(*side)).map(|((side, _), fit)| (side, fit));
         let verdict = |(side, fit): (_, &Option<_>)| stribeck(side, fit.as_ref(), unit("breakaway"), unit("velocity"));
         let mut limits: Vec<String> = sides.filter_map(verdict).collect();
         limits.push(format!(
@@ -17,7 +19,9 @@ impl Identification {
              would determine it.",
             tied(&Estimate::new(self.curve.slowest, unit("velocity")))
         ));
-        limits.push(self.constant_force());
+        if self.findings.only.is_none() {
+            limits.push(self.constant_force());
+        }
         let index = CLOSED_LOOP.iter().position(|name| *name == "bristle_stiffness").unwrap_or(usize::MAX);
         let bristles = self.best().refined.as_ref().and_then(|fit| fit.ci95.get(index).zip(fit.parameters.get(index)));
         if let Some(([low, high], stiffness)) = bristles.filter(|([low, high], _)| *high > 2.0 * low) {

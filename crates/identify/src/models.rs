@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 
 use super::axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
-use super::motion::{Motion, force_misses, norm};
+use super::balance::{Balance, Directions, Solved, Terms};
+use super::motion::{Motion, norm};
 use super::refine::{LUGRE, Refined, STRIBECK, refine};
 use super::rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 use crate::machine::Recipe;
@@ -26,6 +27,12 @@ pub enum Kind {
     Symmetric,
     /// Coulomb and viscous friction for each direction.
     Asymmetric,
+    /// The same, and a periodic force over position.
+    Periodic,
+    /// Coulomb and viscous friction for each direction, and a share of the drive force.
+    Load,
+    /// The same, and a periodic force over position.
+    PeriodicLoad,
     /// A Stribeck curve for each direction, true stick, a lag of the drive.
     Stribeck,
     /// The same with bristles instead of stick.
@@ -38,6 +45,9 @@ impl Kind {
         match self {
             Kind::Symmetric => "symmetric",
             Kind::Asymmetric => "asymmetric",
+            Kind::Periodic => "periodic",
+            Kind::Load => "load",
+            Kind::PeriodicLoad => "periodic_load",
             Kind::Stribeck => "stribeck",
             Kind::Lugre => "lugre",
         }
@@ -48,6 +58,9 @@ impl Kind {
         match self {
             Kind::Symmetric => "Coulomb and viscous, both alike",
             Kind::Asymmetric => "Coulomb and viscous, each direction",
+            Kind::Periodic => "Each direction, and a periodic force",
+            Kind::Load => "Each direction, and a share of the force",
+            Kind::PeriodicLoad => "Each direction, share of the force, periodic force",
             Kind::Stribeck => "Stribeck curve, each direction",
             Kind::Lugre => "LuGre bristles on Stribeck curves",
         }
@@ -58,6 +71,10 @@ impl Kind {
         match self {
             Kind::Symmetric => SYMMETRIC.len(),
             Kind::Asymmetric => ASYMMETRIC.len(),
+            // Sine, cosine and period; share.
+            Kind::Periodic => ASYMMETRIC.len() + 3,
+            Kind::Load => ASYMMETRIC.len() + 1,
+            Kind::PeriodicLoad => ASYMMETRIC.len() + 4,
             Kind::Stribeck => STRIBECK,
             Kind::Lugre => LUGRE,
         }
@@ -89,22 +106,14 @@ pub struct Candidate {
 pub(super) fn candidates(
     motion: &Motion,
     around: Option<&Loop<'_>>,
-    recipe: &Recipe,
+    (balance, solved): (&Balance<'_>, &Solved),
     watch: &Watch,
 ) -> Result<Vec<Candidate>, Error> {
+    let recipe = &balance.recipe;
     let (samples, middle) = (motion.samples(), motion.samples() / 2);
     let [first, second] = [recipe.skip..middle, middle..samples];
     let Some(around) = around else {
-        let whole = rigid(motion, recipe.skip..samples, recipe)?;
-        let by_halves = rigid(motion, first.clone(), recipe)?.into_iter().zip(rigid(motion, second.clone(), recipe)?);
-        let judged = whole.into_iter().zip(by_halves).map(|((kind, model), ((_, by_first), (_, by_second)))| {
-            let force = |model, range: &Range<usize>| force_misses(model, motion, range.clone(), recipe.decimation);
-            let halves = [force(&by_first, &second)?, force(&by_second, &first)?];
-            let held_out = halves.iter().map(|[measured, missed]| 0.5 * norm(missed) / norm(measured)).sum();
-            let folds = halves.iter().flat_map(|[_, missed]| mean_squares(missed)).collect();
-            Ok(Candidate { kind, model, refined: None, held_out, folds, unseen: None, prediction: None })
-        });
-        return judged.collect();
+        return by_forces(balance, solved, motion.offset);
     };
     // Two fits in the closed loop on each of three stretches.
     let fits = AtomicU32::new(0);
@@ -147,6 +156,51 @@ fn mean_squares(missed: &[f64]) -> [f64; BLOCKS] {
 }
 
 type Fit = (Kind, AxisModel<f64>, Option<Refined>);
+
+/// The candidates of the balance of forces alone, each judged by the force of the half that its fit did not use.
+fn by_forces(balance: &Balance<'_>, solved: &Solved, offset: f64) -> Result<Vec<Candidate>, Error> {
+    let plain = |directions| Terms::of(directions, solved.delay, false);
+    let full = Terms { estimates_delay: false, ..solved.terms.clone() };
+    let mut all = vec![plain(full.directions)];
+    if full.directions == Directions::Each {
+        all.insert(0, plain(Directions::Both));
+    }
+    if full.load || !full.waves.is_empty() {
+        all.push(full);
+    }
+    let whole = balance.whole();
+    let middle = balance.motion.samples() / 2;
+    let halves = [whole.start..middle, middle..whole.end];
+    let judge = |terms: &Terms| {
+        let fitted = halves.each_ref().map(|half| balance.solve(terms, half));
+        let [by_first, by_second] = fitted;
+        let mut held_out = 0.0;
+        for (fit, unseen) in [(by_first?, &halves[1]), (by_second?, &halves[0])] {
+            let (rows, missed) = balance.misses(&fit, unseen);
+            let measured: Vec<f64> = rows.iter().map(|row| balance.force[*row]).collect();
+            held_out += 0.5 * norm(&missed) / norm(&measured);
+        }
+        let kind = match (terms.directions, terms.load, terms.waves.is_empty()) {
+            (Directions::Both, ..) => Kind::Symmetric,
+            (_, false, true) => Kind::Asymmetric,
+            (_, true, true) => Kind::Load,
+            (_, false, false) => Kind::Periodic,
+            (_, true, false) => Kind::PeriodicLoad,
+        };
+        let c = balance.solve(terms, &whole)?.fit.coefficients;
+        let (positive, negative, constant) = match terms.directions {
+            Directions::Both => (coulomb(c[2], c[1]), coulomb(c[2], c[1]), c[3]),
+            Directions::Each => (coulomb(c[2], c[1]), coulomb(c[4], c[3]), 0.0),
+            // The other direction has no data.
+            Directions::Only(_) => (coulomb(c[2], c[1]), coulomb(c[2], c[1]), 0.0),
+        };
+        let model =
+            AxisModel { inertia: c[0], positive, negative, offset: constant + offset, lag: 0.0, bristles: None };
+        let folds = balance.folds(terms)?;
+        Ok(Candidate { kind, model, refined: None, held_out, folds, unseen: None, prediction: None })
+    };
+    all.iter().map(judge).collect()
+}
 
 fn rigid(motion: &Motion, range: Range<usize>, recipe: &Recipe) -> Result<[(Kind, AxisModel<f64>); 2], Error> {
     let symmetric = Symmetric::identify(motion, range.clone(), recipe.decimation)?.fit.coefficients;

@@ -108,12 +108,7 @@ impl Regression {
         let Some(inertia) = inertia else { return fit_linear(&self.columns, &self.measured) };
         let rest: Vec<f64> = self.measured.iter().zip(&self.columns[0]).map(|(f, a)| f - inertia * a).collect();
         let mut fit = fit_linear(&self.columns[1..], &rest)?;
-        fit.coefficients.insert(0, inertia);
-        fit.ci95.insert(0, [inertia; 2]);
-        fit.standard_errors.insert(0, 0.0);
-        fit.white_standard_errors.insert(0, 0.0);
-        fit.covariance.iter_mut().for_each(|row| row.insert(0, 0.0));
-        fit.covariance.insert(0, vec![0.0; self.columns.len()]);
+        fit.with_known_first(inertia);
         fit.relative_error *= norm(&rest) / norm(&self.measured);
         Ok(fit)
     }
@@ -129,26 +124,12 @@ pub fn force_error(
     range: Range<usize>,
     decimation: usize,
 ) -> Result<f64, Error> {
-    let [measured, missed] = force_misses(model, motion, range, decimation)?;
-    Ok(norm(&missed) / norm(&measured))
-}
-
-/// The force over a range, decimated, and the error of a model.
-///
-/// # Errors
-/// As [`force_error`].
-pub(super) fn force_misses(
-    model: &AxisModel<f64>,
-    motion: &Motion,
-    range: Range<usize>,
-    decimation: usize,
-) -> Result<[Vec<f64>; 2], Error> {
     let predicted = |velocity: f64, acceleration: f64| {
         [model.inertia * acceleration + model.steady_force(velocity) - motion.offset]
     };
     let rows = Regression::of(motion, range, decimation, predicted)?;
-    let missed = rows.measured.iter().zip(&rows.columns[0]).map(|(f, p)| f - p).collect();
-    Ok([rows.measured, missed])
+    let missed: Vec<f64> = rows.measured.iter().zip(&rows.columns[0]).map(|(f, p)| f - p).collect();
+    Ok(norm(&missed) / norm(&rows.measured))
 }
 
 pub(super) fn norm(values: &[f64]) -> f64 {

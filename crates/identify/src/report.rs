@@ -28,12 +28,16 @@ pub fn report(
     for line in &directions {
         report = report.key(line.name, line.identified.clone());
     }
+    let findings = findings(found, summary);
+    for line in &findings {
+        report = report.key(line.name, line.identified.clone());
+    }
     report = report.key("error of prediction, unseen", Estimate::new(100.0 * found.best().held_out, "%"));
     if let Some(position) = summary.estimate("prediction.position_rms") {
         report = report.key("error of the position, rms", position);
     }
-    let mut intervals = "A friction for each direction by least squares. Intervals are for 95\u{a0}% and count that \
-                         residuals are correlated."
+    let mut intervals = "A friction for each direction by least squares, on rows away from standstill and reversals. \
+                         Intervals are for 95\u{a0}% and count that residuals are correlated."
         .to_owned();
     if !machine.published.is_empty() {
         intervals.push_str(
@@ -43,6 +47,13 @@ pub fn report(
     }
     let [position, command_figure, friction, predicted, missed] =
         found.figures().map(|(_, figure, caption)| Section::Figure { figure: Box::new(figure), caption });
+    let sentences = found.findings.sentences(found.axis);
+    if !sentences.is_empty() {
+        report = report.heading("Found in this recording").list(sentences);
+    }
+    if !findings.is_empty() {
+        report = report.table(table(&findings).caption("Findings beside mass and friction."));
+    }
     report = report
         .heading("The recording")
         .section(position)
@@ -72,6 +83,20 @@ pub fn report(
         .table(feedforward(found, machine))
         .heading("One friction for both directions, and an offset")
         .table(table(&alike).caption("The same balance of forces with one Coulomb and one viscous friction."))
+}
+
+/// The findings that have a number.
+fn findings(found: &Identification, summary: &Summary) -> Vec<ParameterLine> {
+    let all = [
+        ("delay of the position", "delay"),
+        ("friction by load, share of the force", "friction.load_share"),
+        ("periodic force, period", "periodic.period"),
+        ("periodic force, amplitude", "periodic.amplitude"),
+        ("vibration of the residuals", "resonance.frequency"),
+    ];
+    let shown = |place: &str| place != "delay" || found.findings.delay.is_significant;
+    let line = |(name, place)| Some(ParameterLine { name, identified: summary.estimate(place)?, published: None });
+    all.into_iter().filter(|(_, place)| shown(place)).filter_map(line).collect()
 }
 
 /// The best model, its lead over the others, and the data of the comparison.
@@ -151,11 +176,13 @@ fn main_result(found: &Identification, summary: &Summary) -> String {
         let [coulomb, viscous] = ["coulomb", "viscous"].map(|name| read(&format!("friction.{side}.{name}")));
         format!("{coulomb} plus {viscous} times the speed against {side} velocity")
     };
+    let friction = match found.findings.only {
+        Some(only) => side(if only > 0 { "positive" } else { "negative" }),
+        None => format!("{} and {}", side("positive"), side("negative")),
+    };
     format!(
-        "{inertia} is {}, friction is {} and {}, and the error of the best model is {} of the {} on data that its fit did not use.",
+        "{inertia} is {}, friction is {friction}, and the error of the best model is {} of the {} on data that its fit did not use.",
         read("inertia.mass"),
-        side("positive"),
-        side("negative"),
         percent(found.best().held_out),
         predicted(found),
     )
@@ -267,8 +294,9 @@ mod tests {
             assert!(page.contains(&cells), "{name}: {cells}");
             count += 1;
         }
-        // 9 of the least squares, 12 of the closed loop, 3 of the prediction.
-        assert_eq!(count, 24);
+        // 9 of the least squares, 12 of the closed loop, 3 of the prediction, and the findings: delay, period and
+        // amplitude of the screw, and vibration.
+        assert_eq!(count, 28, "{:?}", found().findings);
     }
 
     #[test]

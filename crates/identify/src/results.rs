@@ -5,7 +5,7 @@ use std::path::Path;
 use super::files::feedforward_csv;
 use super::model_file::model_toml;
 use super::report::report;
-use super::{ASYMMETRIC, CLOSED_LOOP, Identification, SYMMETRIC};
+use super::{ASYMMETRIC, CLOSED_LOOP, Findings, Identification, PeriodicForce, SYMMETRIC};
 use crate::machine::{Axis, Machine};
 use stickslip_base::{Error, Summary, output};
 use stickslip_recording::Recording;
@@ -29,11 +29,15 @@ pub fn summary(found: &Identification) -> Summary {
                 (_, "offset") => "friction.offset".to_owned(),
                 (_, name) => format!("symmetric.{name}"),
             };
-            summary.with_interval(&place, *value, *ci95, unit(name));
+            // Motion in one direction gives no number for the other.
+            if value.is_finite() {
+                summary.with_interval(&place, *value, *ci95, unit(name));
+            }
         }
         summary.result(&format!("{table}.force_error"), fit.relative_error, "1");
         summary.result(&format!("{table}.condition"), fit.condition, "1");
     }
+    findings(found, &mut summary);
     if let Some([weight, rest]) = found.weight() {
         summary.result("offset.weight", weight, unit("offset"));
         summary.result("offset.rest", rest, unit("offset"));
@@ -81,6 +85,36 @@ pub fn summary(found: &Identification) -> Summary {
         summary.note(finding.clone());
     }
     summary
+}
+
+/// The findings beside mass and friction.
+fn findings(found: &Identification, summary: &mut Summary) {
+    let Findings { delay, load, periodic, resonance, injected_in_command, .. } = &found.findings;
+    if delay.is_determined {
+        summary.with_interval("delay", delay.value, delay.ci95, "s");
+        summary.result("delay.significant", f64::from(u8::from(delay.is_significant)), "1");
+    }
+    if let Some(load) = load {
+        summary.with_interval("friction.load_share", load.share, load.ci95, "1");
+    }
+    if let Some(PeriodicForce { period, amplitude }) = periodic {
+        summary.with_interval("periodic.period", period.0, period.1, unit(found.axis, "position"));
+        summary.with_interval("periodic.amplitude", amplitude.0, amplitude.1, unit(found.axis, "offset"));
+    }
+    for drift in &found.findings.drift {
+        let name = ASYMMETRIC[drift.index];
+        for (half, (value, ci95)) in drift.values.iter().zip(drift.halves).enumerate() {
+            let place = format!("drift.{}.half_{}", name.replacen('_', ".", 1), half + 1);
+            summary.with_interval(&place, *value, ci95, unit(found.axis, name));
+        }
+    }
+    if let Some(resonance) = resonance {
+        let ci95 = [-1.0, 1.0].map(|sign| resonance.frequency + sign * resonance.half_width);
+        summary.with_interval("resonance.frequency", resonance.frequency, ci95, "Hz");
+    }
+    if *injected_in_command {
+        summary.result("injected.in_command", 1.0, "1");
+    }
 }
 
 /// Writes `model.toml`, `feedforward.csv`, figures, `report.json`, `report.html` and `summary.json` into a folder. `command` is the

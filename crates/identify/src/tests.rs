@@ -37,12 +37,18 @@ fn changed(rows: usize, change: impl Fn(&str, f64) -> f64) -> Recording {
 
 /// Least squares alone, for the laws that hold exactly.
 fn least_squares(recording: &Recording) -> (Vec<f64>, Vec<f64>) {
+    let (symmetric, asymmetric) = plain(recording);
+    (symmetric.coefficients, asymmetric.coefficients)
+}
+
+/// The published recipe: all rows, no delay.
+fn plain(recording: &Recording) -> (LinearFit, LinearFit) {
     let machine = &emps().0;
     let motion = Motion::of(&machine.signals(recording).unwrap(), machine).unwrap();
     let range = machine.recipe.skip..motion.samples();
     let symmetric = Symmetric::identify(&motion, range.clone(), machine.recipe.decimation).unwrap();
     let asymmetric = Asymmetric::identify(&motion, range, machine.recipe.decimation).unwrap();
-    (symmetric.fit.coefficients, asymmetric.fit.coefficients)
+    (symmetric.fit, asymmetric.fit)
 }
 
 fn assert_close(ours: &[f64], theirs: &[f64], tolerance: f64) {
@@ -63,7 +69,8 @@ fn published(table: &str, names: &[&str]) -> Vec<f64> {
 
 #[test]
 fn least_squares_are_those_of_numpy() {
-    for (name, fit) in [("symmetric", &found().symmetric.fit), ("asymmetric", &found().asymmetric.fit)] {
+    let (symmetric, asymmetric) = plain(&emps().1);
+    for (name, fit) in [("symmetric", &symmetric), ("asymmetric", &asymmetric)] {
         let LinearFit { coefficients, standard_errors, white_standard_errors, condition, relative_error, .. } = fit;
         assert_close(coefficients, &reference(name), 1e-9);
         // A standard error is a root of a sum of cancelling products.
@@ -74,11 +81,10 @@ fn least_squares_are_those_of_numpy() {
 }
 
 #[test]
-fn published_values_lie_within_the_intervals() {
-    for (table, names, fit) in [
-        ("symmetric", &SYMMETRIC[..], &found().symmetric.fit),
-        ("asymmetric", &ASYMMETRIC[..], &found().asymmetric.fit),
-    ] {
+fn published_values_lie_within_the_intervals_of_the_published_recipe() {
+    let (symmetric, asymmetric) = plain(&emps().1);
+    for (table, names, fit) in [("symmetric", &SYMMETRIC[..], &symmetric), ("asymmetric", &ASYMMETRIC[..], &asymmetric)]
+    {
         for ((value, [low, high]), name) in published(table, names).iter().zip(&fit.ci95).zip(names) {
             assert!(low <= value && value <= high, "{table} {name}: {value} outside {low} … {high}");
         }
@@ -90,8 +96,22 @@ fn published_values_lie_within_the_intervals() {
 }
 
 #[test]
+fn the_balance_away_from_reversals_finds_lag_and_screw_of_the_recorded_axis() {
+    let found = found();
+    let [low, high] = found.asymmetric.fit.ci95[0];
+    // Published: 95.1 kg without the lag of the drive, from all rows.
+    assert!((found.asymmetric.fit.coefficients[0] / 95.1 - 1.0).abs() < 1e-2 && high - low < 1.5, "{low} {high}");
+    // Lag of the drive in the closed loop of the same recording: 0.3 ms.
+    let delay = found.findings.delay;
+    assert!(delay.is_significant && (2e-4..4e-4).contains(&delay.value), "{delay:?}");
+    // The screw has a lead of 2.5 mm, which the search does not know.
+    let periodic = found.findings.periodic.clone().expect("the screw is seen");
+    assert!((periodic.period.0 - 2.5e-3).abs() < 5e-6 && (0.5..1.5).contains(&periodic.amplitude.0), "{periodic:?}");
+}
+
+#[test]
 fn white_standard_errors_equal_the_published_ones_and_are_too_small() {
-    let fit = &found().symmetric.fit;
+    let fit = &plain(&emps().1).0;
     let printed: Vec<f64> = SYMMETRIC.iter().map(|name| emps().0.published["symmetric"][*name][1]).collect();
     assert_close(&fit.white_standard_errors, &printed, 0.02);
     assert!(fit.standard_errors.iter().zip(&printed).all(|(ours, white)| ours > &(1.9 * white)));
@@ -100,8 +120,13 @@ fn white_standard_errors_equal_the_published_ones_and_are_too_small() {
 #[test]
 fn plateaus_are_those_of_the_data_sheet() {
     let expected = [(-50.59, 1.48), (-40.31, 1.16), (-31.74, 1.21), (27.91, 0.86), (34.35, 0.98), (40.72, 1.06)];
-    assert_eq!(found().curve.plateaus.len(), expected.len());
-    for (plateau, (force, deviation)) in found().curve.plateaus.iter().zip(expected) {
+    // The data sheet has neither the delay nor the periodic force of the screw.
+    let (machine, recording) = emps();
+    let motion = Motion::of(&machine.signals(recording).unwrap(), machine).unwrap();
+    let mass = plain(recording).1.coefficients[0];
+    let curve = FrictionCurve::of(&motion, mass, machine.recipe.low_pass, machine.recipe.skip);
+    assert_eq!(curve.plateaus.len(), expected.len());
+    for (plateau, (force, deviation)) in curve.plateaus.iter().zip(expected) {
         // Where a plateau begins and ends is a choice: 0.05 N is a thirtieth of the deviation.
         assert!(
             (plateau.point.torque - force).abs() < 0.05 && (plateau.deviation - deviation).abs() < 0.05,
@@ -176,10 +201,10 @@ fn without_a_controller_the_force_of_the_other_half_is_the_criterion() {
     let mut machine = emps().0.clone();
     machine.controller = Controller::Unknown;
     let found = silent(&emps().1, &machine).unwrap();
-    assert_eq!(found.candidates.len(), 2);
+    assert_eq!(found.candidates.len(), 3);
     assert!(found.closed_loop.is_none() && found.candidates.iter().all(|c| c.prediction.is_none()));
-    assert_eq!(found.best().kind, Kind::Asymmetric);
-    assert!((0.02..0.04).contains(&found.best().held_out), "{}", found.best().held_out);
+    assert_eq!(found.best().kind, Kind::Periodic);
+    assert!((0.015..0.03).contains(&found.best().held_out), "{}", found.best().held_out);
 }
 
 #[test]
@@ -216,7 +241,7 @@ fn a_reversed_gain_a_short_recording_and_an_axis_at_rest_are_refused() {
     let mut reversed = machine.clone();
     reversed.gain = -machine.gain;
     let error = silent(recording, &reversed).unwrap_err().to_string();
-    assert!(error.contains("inertia is -9.5") && error.contains("drive.gain"), "{error}");
+    assert!(error.contains("inertia is -9.4") && error.contains("drive.gain"), "{error}");
     let short = silent(&changed(600, |_, v| v), machine);
     assert!(matches!(short, Err(Error::TooFew { found: 600, needed: 700, .. })));
     let at_rest = changed(2000, |name, v| if name == "qm" { 0.1 } else { v });
@@ -262,8 +287,8 @@ fn a_known_inertia_is_kept_and_the_other_parameters_explain_the_rest() {
     let mut machine = open_loop();
     machine.inertia = Some(free.coefficients[0]);
     let same = silent(&emps().1, &machine).unwrap().asymmetric.fit;
-    assert_close(&same.coefficients, &free.coefficients, 1e-9);
-    assert!((same.relative_error / free.relative_error - 1.0).abs() < 1e-9);
+    assert_close(&same.coefficients, &free.coefficients, 1e-5);
+    assert!((same.relative_error / free.relative_error - 1.0).abs() < 1e-3);
     assert_eq!((same.ci95[0], same.standard_errors[0]), ([free.coefficients[0]; 2], 0.0));
     machine.inertia = Some(80.0);
     let other = silent(&emps().1, &machine).unwrap();
@@ -293,16 +318,16 @@ fn the_weight_of_a_vertical_axis_is_not_friction() {
     let found = silent(&lifted, &machine).unwrap();
     let level = silent(&emps().1, &open_loop()).unwrap();
     let offset = level.symmetric.fit.coefficients[3];
-    assert!((found.symmetric.fit.coefficients[3] - (offset + 40.0)).abs() < 1e-9);
+    assert!((found.symmetric.fit.coefficients[3] - (offset + 40.0)).abs() < 1e-3);
     let [weight, rest] = found.weight().unwrap();
-    assert!((weight - 4.0 * 9.80665).abs() < 1e-12 && (weight + rest - (offset + 40.0)).abs() < 1e-9);
+    assert!((weight - 4.0 * 9.80665).abs() < 1e-12 && (weight + rest - (offset + 40.0)).abs() < 1e-3);
     // Both Coulomb levels equal those of the level axis without the offset.
     let (a, b) = (&found.asymmetric.fit.coefficients, &level.asymmetric.fit.coefficients);
-    assert_close(a, &[b[0], b[1], b[2] - offset, b[3], b[4] + offset], 1e-9);
+    assert_close(a, &[b[0], b[1], b[2] - offset, b[3], b[4] + offset], 1e-4);
     assert!(found.limits().iter().any(|limit| limit.contains("weight of 39.2")), "{:?}", found.limits());
     // The model has weight and friction together.
     let model = found.best().model;
-    assert!((model.offset - (offset + 40.0)).abs() < 1e-9);
+    assert!((model.offset - (offset + 40.0)).abs() < 1e-3);
     assert!((found.best().held_out - level.best().held_out).abs() < 0.02);
     machine.lifted_mass = None;
     assert!(silent(&lifted, &machine).unwrap().limits().iter().any(|limit| limit.contains("lifted_mass")));
@@ -331,7 +356,8 @@ fn a_measured_velocity_takes_the_place_of_differences() {
     }
     let same = silent(&columns(velocity), &machine).unwrap().asymmetric.fit.coefficients;
     let half = silent(&columns(doubled), &machine).unwrap().asymmetric.fit.coefficients;
-    assert_close(&half[..2], &[0.5 * same[0], 0.5 * same[1]], 1e-9);
+    // The rows differ: the noise of the position sets the speed that counts as rest.
+    assert_close(&half[..2], &[0.5 * same[0], 0.5 * same[1]], 1e-2);
 }
 
 #[test]

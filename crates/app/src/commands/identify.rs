@@ -69,6 +69,13 @@ fn show(identification: &Identification, summary: &Summary, machine: &Machine, o
             writeln!(out, "  {name:36} {identified}{published}")?;
         }
     }
+    let found = identification.findings.sentences(identification.axis);
+    if !found.is_empty() {
+        writeln!(out, "Found in this recording:")?;
+    }
+    for finding in found {
+        writeln!(out, "  {finding}")?;
+    }
     writeln!(out, "Not identifiable from this recording:")?;
     for limit in identification.limits() {
         writeln!(out, "  {limit}")?;

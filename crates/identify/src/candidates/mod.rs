@@ -1,0 +1,171 @@
+//! Forces beside inertia, Coulomb and viscous friction, each only where unseen parts of the recording are predicted
+//! better with it; and what limits the result: drift, motion in one direction, resonance, a command that contains the
+//! injected signal.
+
+mod drift;
+mod injected;
+mod load;
+mod periodic;
+mod resonance;
+
+pub use drift::Drift;
+pub(crate) use injected::{contains_injected, without_injected};
+pub use load::LoadFriction;
+pub use periodic::PeriodicForce;
+pub use resonance::Resonance;
+
+use super::balance::{Balance, Delay, Directions, Solved, Terms};
+use super::rigid::{Asymmetric, Symmetric};
+use crate::machine::Axis;
+use stickslip_base::Error;
+use stickslip_fit::LinearFit;
+
+/// What the balance of forces found beside mass and friction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Findings {
+    /// Delay of the position against the command.
+    pub delay: Delay,
+    /// Friction that grows with the transmitted force.
+    pub load: Option<LoadFriction>,
+    /// A periodic force over position.
+    pub periodic: Option<PeriodicForce>,
+    /// Coefficients that differ between the halves of the recording.
+    pub drift: Vec<Drift>,
+    /// The only direction with motion: +1 or −1.
+    pub only: Option<i8>,
+    /// A mode of vibration in the residuals.
+    pub resonance: Option<Resonance>,
+    /// Whether the recorded command already contained the injected signal.
+    pub injected_in_command: bool,
+}
+
+impl Findings {
+    /// The findings, a sentence or two each.
+    pub fn sentences(&self, axis: Axis) -> Vec<String> {
+        let mut all = Vec::new();
+        all.extend(self.delay.sentence());
+        all.extend(self.load.as_ref().map(LoadFriction::sentence));
+        all.extend(self.periodic.as_ref().map(|it| it.sentence(axis)));
+        all.extend(Drift::sentence(&self.drift, axis));
+        all.extend(self.resonance.as_ref().map(Resonance::sentence));
+        if let Some(only) = self.only {
+            let (moved, other) = if only > 0 { ("positive", "negative") } else { ("negative", "positive") };
+            all.push(format!(
+                "The axis moves in {moved} direction only: friction against {other} velocity is not identifiable and \
+                 is left out. model.toml uses the friction against {moved} velocity for both. A constant force is part \
+                 of the Coulomb friction. Record motion in both directions."
+            ));
+        }
+        if self.injected_in_command {
+            all.push(
+                "The recorded command already contains the injected signal: the balance of forces fits much better \
+                 without adding it again. It was subtracted to obtain the command of the controller."
+                    .into(),
+            );
+        }
+        all
+    }
+}
+
+/// Both forms of the balance with the forces that were found.
+pub(crate) struct Balanced {
+    pub(crate) symmetric: Symmetric,
+    pub(crate) asymmetric: Asymmetric,
+    pub(crate) findings: Findings,
+    /// The balance of the asymmetric form.
+    pub(crate) solved: Solved,
+}
+
+/// The delay, then the extra forces, then mass and friction with both.
+///
+/// # Errors
+/// A motion that does not determine mass and friction.
+pub(crate) fn balance(balance: &Balance<'_>) -> Result<Balanced, Error> {
+    let directions = balance.directions(0.0);
+    let first = balance.search(directions)?;
+    let extra = extra(balance, &first);
+    let whole = balance.whole();
+    let terms = Terms { delay: first.delay, estimates_delay: first.terms.estimates_delay, ..extra };
+    let solved = balance.solve(&terms, &whole).unwrap_or(first);
+    let delay = balance.delay(&solved);
+    let drift = drift::drift(balance, &solved);
+    let alike = Terms { directions: both(directions), ..solved.terms.clone() };
+    let mut symmetric = body(&balance.solve(&alike, &whole)?, SYMMETRIC);
+    let mut asymmetric = body(&solved, ASYMMETRIC);
+    for Drift { index, halves, .. } in &drift {
+        let ci95 = &mut asymmetric.ci95[*index];
+        *ci95 = [ci95[0].min(halves[0][0]).min(halves[1][0]), ci95[1].max(halves[0][1]).max(halves[1][1])];
+    }
+    if drift.iter().any(|drift| drift.index == 0) {
+        symmetric.ci95[0] = asymmetric.ci95[0];
+    }
+    let findings = Findings {
+        delay,
+        load: load::found(&solved),
+        periodic: periodic::found(balance, &solved),
+        drift,
+        only: if let Directions::Only(only) = directions { Some(only) } else { None },
+        resonance: resonance::found(balance, &solved),
+        injected_in_command: false,
+    };
+    Ok(Balanced {
+        symmetric: Symmetric { fit: symmetric },
+        asymmetric: Asymmetric { fit: asymmetric },
+        findings,
+        solved,
+    })
+}
+
+/// The terms with those extra forces that predict unseen parts of the recording significantly better.
+fn extra(balance: &Balance<'_>, first: &Solved) -> Terms {
+    let plain = Terms { estimates_delay: false, delay: first.delay, ..first.terms.clone() };
+    let load = Terms { load: true, ..plain.clone() };
+    let mut all = vec![plain.clone()];
+    if let Some(waves) = periodic::search(balance, &plain) {
+        all.push(Terms { waves, ..plain.clone() });
+    }
+    all.push(load.clone());
+    if let Some(waves) = periodic::search(balance, &load) {
+        all.push(Terms { waves, ..load });
+    }
+    let chosen = balance.gains(&all).unwrap_or(0);
+    let terms = all.swap_remove(chosen);
+    // A load share that may be 0 is not reported.
+    let is_clear = |terms: &Terms| {
+        balance.solve(terms, &balance.whole()).is_ok_and(|solved| !terms.load || load::found(&solved).is_some())
+    };
+    if is_clear(&terms) { terms } else { Terms { load: false, ..terms } }
+}
+
+pub(crate) fn both(directions: Directions) -> Directions {
+    if directions == Directions::Each { Directions::Both } else { directions }
+}
+
+const SYMMETRIC: usize = 4;
+const ASYMMETRIC: usize = 5;
+
+/// Mass and friction of a solved balance in their usual order; not a number where the motion has none.
+fn body(solved: &Solved, count: usize) -> LinearFit {
+    let missing = usize::MAX;
+    let places: Vec<usize> = match solved.terms.directions {
+        Directions::Only(only) if count == ASYMMETRIC => {
+            if only > 0 {
+                vec![0, 1, 2, missing, missing]
+            } else {
+                vec![0, missing, missing, 1, 2]
+            }
+        }
+        Directions::Only(_) => vec![0, 1, 2, missing],
+        _ => (0..count).collect(),
+    };
+    let fit = &solved.fit;
+    let pick = |values: &[f64]| places.iter().map(|i| values.get(*i).copied().unwrap_or(f64::NAN)).collect();
+    LinearFit {
+        coefficients: pick(&fit.coefficients),
+        covariance: places.iter().map(|i| fit.covariance.get(*i).map_or_else(|| pick(&[]), |row| pick(row))).collect(),
+        standard_errors: pick(&fit.standard_errors),
+        white_standard_errors: pick(&fit.white_standard_errors),
+        ci95: places.iter().map(|i| fit.ci95.get(*i).copied().unwrap_or([f64::NAN; 2])).collect(),
+        ..fit.clone()
+    }
+}
