@@ -57,7 +57,8 @@ impl WorkResult for Of<Identification> {
         directions.into_iter().map(|line| format!("{:36} {}", line.name, line.identified)).chain([best]).collect()
     }
     fn remarks(&self) -> Vec<String> {
-        self.found.signals.notes.iter().cloned().chain(self.found.limits()).collect()
+        let done = self.found.signals.findings.iter().cloned();
+        done.chain(self.found.findings.sentences(self.found.axis)).chain(self.found.limits()).collect()
     }
     fn report(&self, command: &str) -> Result<Report, Error> {
         Ok(identify::report(&self.found, &self.machine, &self.recording, &self.summary(), command))
@@ -120,7 +121,7 @@ impl WorkResult for Of<Validation> {
         vec![self.found.verdict().replace('\u{a0}', " ")]
     }
     fn remarks(&self) -> Vec<String> {
-        self.found.signals.notes.clone()
+        self.found.signals.findings.iter().chain(&self.found.signals.notes).cloned().collect()
     }
     fn report(&self, command: &str) -> Result<Report, Error> {
         Ok(self.found.report(&self.machine, &self.recording, command))

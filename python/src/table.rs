@@ -65,7 +65,7 @@ impl Table {
     /// Return the signals of a machine in SI units, and the notes on them.
     fn signals(&self, py: Python<'_>, machine: &MachineFile) -> PyResult<(Arrays, Vec<String>)> {
         let signals = py.detach(|| machine.0.signals(&self.0)).map_err(|error| raised(py, &error))?;
-        let notes = signals.notes.clone();
+        let notes = signals.findings.iter().chain(&signals.notes).cloned().collect();
         Ok((arrays(columns(signals, &machine.0)), notes))
     }
 }

@@ -61,6 +61,8 @@ pub struct Machine {
     pub pendulum: Option<Pendulum>,
     /// Preprocessing of the recording for the least squares.
     pub recipe: Recipe,
+    /// Answers that `machine init` guessed from the recording.
+    pub guessed: Vec<String>,
     /// Results of others, `[value, standard deviation]` by table and name: shown, but not used.
     pub published: BTreeMap<String, BTreeMap<String, Vec<f64>>>,
     /// Text of the file, for reports.
@@ -200,6 +202,8 @@ struct File {
     #[serde(default)]
     recipe: Recipe,
     #[serde(default)]
+    guessed: Vec<String>,
+    #[serde(default)]
     published: BTreeMap<String, BTreeMap<String, Vec<f64>>>,
 }
 
@@ -247,6 +251,7 @@ impl Machine {
             controller: file.controller,
             pendulum: file.pendulum.map(|pendulum| pendulum.beside(path)),
             recipe: file.recipe,
+            guessed: file.guessed,
             published: file.published,
             text: text.to_owned(),
         };

@@ -71,11 +71,9 @@ impl Init {
         self.answer_questions(&mut draft, out)?;
         let (text, machine) = draft.toml(&file)?;
         output::write(&file, text)?;
-        for finding in machine.signals(&recording)?.findings.iter().skip(recording.notes().len()) {
+        let known = |finding: &&String| !recording.notes().contains(*finding);
+        for finding in machine.signals(&recording)?.findings.iter().filter(known) {
             writeln!(out, "{}", finding.replace('\u{a0}', " "))?;
-        }
-        if !draft.guessed().is_empty() {
-            writeln!(out, "Guessed from the recording: {}.", draft.guessed().join(", "))?;
         }
         writeln!(out, "Written: {}. Look through it, then:", file.display())?;
         let (recording, machine) = (shell::path(&self.recording), shell::path(&file));

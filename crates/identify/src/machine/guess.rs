@@ -349,11 +349,14 @@ impl<'a> Draft<'a> {
         let mut line = |line: String| writeln!(text, "{line}").expect("a string takes all");
         let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
         line(format!("# The machine of the recording {file}, for `stickslip identify`."));
-        if !self.guessed.is_empty() {
-            line(format!("# Guessed from the recording, not stated by anyone: {}.", self.guessed.join(", ")));
-        }
         line(format!("name = {}", string(answer_to(Key::Name))));
         line(format!("axis = \"{}\" # linear: kg, N; rotary: kg m², N m", answer_to(Key::Axis)));
+        let guessed: Vec<String> =
+            self.guessed.iter().filter(|name| **name != "name").map(|name| string(name)).collect();
+        if !guessed.is_empty() {
+            let names = guessed.join(", ");
+            line(format!("guessed = [{names}] # from the recording; remove the names that you have checked"));
+        }
         if let Some(group) = &self.group {
             line(format!("group = {} # the only group of the file that is read", string(group)));
         }

@@ -75,10 +75,10 @@ fn what_the_recording_does_not_determine_has_no_default() {
         assert!(refused.to_string().contains(&format!("--answer {name}=")), "{refused}");
     }
     let text = settle(&recording, &[("position-unit", "m")]).unwrap().toml(Path::new("m.toml")).unwrap().0;
-    assert!(
-        text.contains("# Guessed from the recording, not stated by anyone: name, time, time-unit, position, axis,"),
-        "{text}"
-    );
+    assert!(text.contains("guessed = [\"time\", \"time-unit\", \"position\", \"axis\", "), "{text}");
+    let machine = Machine::parse(Path::new("m.toml"), &text).unwrap();
+    let findings = machine.signals(&recording).unwrap().findings;
+    assert!(findings[0].starts_with("Guessed by machine init and not checked: time, time-unit"), "{findings:?}");
 }
 
 #[test]

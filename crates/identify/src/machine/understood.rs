@@ -60,6 +60,12 @@ impl<'a> Reading<'a> {
             notes: Vec::new(),
             corrected: Vec::new(),
         };
+        if !machine.guessed.is_empty() {
+            let names = machine.guessed.join(", ");
+            reading.findings.push(format!(
+                "Guessed by machine init and not checked: {names}. Remove the checked names from `guessed` in the machine file."
+            ));
+        }
         reading.stamps()?;
         reading.enabled()?;
         Ok(reading)
