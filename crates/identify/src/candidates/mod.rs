@@ -141,6 +141,8 @@ pub(crate) fn both(directions: Directions) -> Directions {
     if directions == Directions::Each { Directions::Both } else { directions }
 }
 
+/// Error of differences and interpolation, as a share of a coefficient: no interval is narrower.
+const NUMERICAL: f64 = 1e-4;
 const SYMMETRIC: usize = 4;
 const ASYMMETRIC: usize = 5;
 
@@ -158,14 +160,26 @@ fn body(solved: &Solved, count: usize) -> LinearFit {
         Directions::Only(_) => vec![0, 1, 2, missing],
         _ => (0..count).collect(),
     };
-    let fit = &solved.fit;
     let pick = |values: &[f64]| places.iter().map(|i| values.get(*i).copied().unwrap_or(f64::NAN)).collect();
+    let mut fit = solved.fit.clone();
+    for i in 0..fit.coefficients.len() {
+        let half_width = 0.5 * (fit.ci95[i][1] - fit.ci95[i][0]);
+        let wider = 1.0 + NUMERICAL * fit.coefficients[i].abs() / half_width;
+        // A known inertia is exact.
+        if !(half_width > 0.0 && wider.is_finite()) {
+            continue;
+        }
+        fit.ci95[i] = [-1.0, 1.0].map(|sign| fit.coefficients[i] + sign * wider * half_width);
+        fit.standard_errors[i] *= wider;
+        fit.covariance[i].iter_mut().for_each(|value| *value *= wider);
+        fit.covariance.iter_mut().for_each(|row| row[i] *= wider);
+    }
     LinearFit {
         coefficients: pick(&fit.coefficients),
         covariance: places.iter().map(|i| fit.covariance.get(*i).map_or_else(|| pick(&[]), |row| pick(row))).collect(),
         standard_errors: pick(&fit.standard_errors),
         white_standard_errors: pick(&fit.white_standard_errors),
         ci95: places.iter().map(|i| fit.ci95.get(*i).copied().unwrap_or([f64::NAN; 2])).collect(),
-        ..fit.clone()
+        ..fit
     }
 }

@@ -25,14 +25,14 @@ pub struct Resonance {
 impl Resonance {
     pub(super) fn sentence(&self) -> String {
         format!(
-            "The residuals vibrate at {} at every speed: the axis is not rigid at this frequency (a belt, coupling or \
+            "The residuals vibrate at {}: the axis is not rigid at this frequency (a belt, coupling or \
              frame is elastic). Mass and friction are those of motor and load together, which hold well below it.",
             tied(&Estimate::new(self.frequency, "Hz").with_half_width(self.half_width))
         )
     }
 }
 
-/// The clear peak of the residuals' spectrum, if there is one in both halves of the recording.
+/// The clear peak of the residuals' spectrum, if both halves of the recording have it.
 pub(super) fn found(balance: &Balance<'_>, solved: &Solved) -> Option<Resonance> {
     let (period, samples) = (balance.motion.period, balance.motion.samples());
     // Half a second per segment resolves 4 Hz with Hann's window.
@@ -47,6 +47,12 @@ pub(super) fn found(balance: &Balance<'_>, solved: &Solved) -> Option<Resonance>
     let middle = samples / 2;
     let halves = [&residual[..middle], &residual[middle..]].map(|half| spectrum(half, length, period, &frequencies));
     let [Some(first), Some(second)] = halves.map(|power| peak(&frequencies, &power)) else { return None };
+    // What is left of a force over position has its frequency at some speed.
+    let fastest = balance.motion.velocity.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+    let of_position = solved.terms.waves.iter().fold(0.0f64, |most, wave| most.max(1.05 * wave.number * fastest / TAU));
+    if first.frequency < of_position {
+        return None;
+    }
     let distance = (first.frequency - second.frequency).abs();
     (distance < first.half_width + second.half_width).then_some(Resonance {
         frequency: 0.5 * (first.frequency + second.frequency),
