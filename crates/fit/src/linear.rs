@@ -303,7 +303,7 @@ mod tests {
         let both = [many.clone(), twice];
         assert!(
             fit_instrumented(&both, &both, &many).is_err()
-                && fit_instrumented(&[ramp.clone()], &[ramp.clone()], &ramp).is_err()
+                && fit_instrumented(std::slice::from_ref(&ramp), std::slice::from_ref(&ramp), &ramp).is_err()
         );
         assert!(matches!(fit_linear(&[ramp[..1].to_vec()], &ramp[..1]), Err(Error::TooFew { found: 1, .. })));
     }

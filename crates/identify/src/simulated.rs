@@ -7,7 +7,7 @@ use axis::{Axis as Truth, Plan, Record};
 use stickslip_recording::Column;
 
 #[path = "../../stickslip/examples/intervals/axis.rs"]
-#[allow(dead_code, unreachable_pub, reason = "shared with the study of intervals, which uses more of it")]
+#[allow(dead_code, reason = "the study draws random numbers from it, the tests do not")]
 mod axis;
 
 const TRUTH: Truth = Truth {
