@@ -11,9 +11,6 @@ const SEARCHED: [i32; 2] = [-20, 40];
 /// Half-width of an interval of the delay above which the motion does not determine it, in the unit of [`SEARCHED`].
 const UNDETERMINED: f64 = 10.0;
 
-/// Error of the interpolation between samples [samples]: no interval is narrower.
-const NUMERICAL: f64 = 0.01;
-
 /// Delay of the recorded position against the recorded command, beyond the half sampling period for which a command is
 /// held on average. Lag of the drive, transport over a fieldbus and a shift between two logged channels act alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +97,7 @@ impl Balance<'_> {
             return Delay { value: 0.0, ci95: unknown, is_determined: false, is_significant: false };
         }
         let [low, high] = solved.fit.ci95[solved.fit.ci95.len() - 1];
-        let ci95 = [low - NUMERICAL, high + NUMERICAL].map(seconds);
+        let ci95 = [low, high].map(seconds);
         let excludes_zero = ci95[0] > 0.0 || ci95[1] < 0.0;
         let without = Terms { delay: HELD, estimates_delay: false, ..solved.terms.clone() };
         let is_significant = excludes_zero && self.gains(&[without, solved.terms.clone()]) == Some(1);

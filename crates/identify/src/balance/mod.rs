@@ -7,7 +7,8 @@
 //! The delay τ enters by the derivative of the right side (Gauss-Newton), so that its uncertainty is part of the
 //! covariance of all others. Only rows on which the axis moves count. Where the set-point was recorded, its motion
 //! provides instruments (Janot, Vandanjon, Gautier 2014): noise of the position, and disturbances that the controller
-//! feeds back, then do not bias the result.
+//! feeds back, then do not bias the result. Without a set-point the motion shortly before does, which is free of the
+//! present noise.
 
 mod delay;
 mod moving;
@@ -26,6 +27,9 @@ use stickslip_fit::{LinearFit, fit_instrumented};
 
 /// Delay of a command that is held over its sampling period, in samples: half of it.
 pub(crate) const HELD: f64 = 0.5;
+/// Error of the delay beside its random one [samples], with instruments from the set-point and from the past: of the
+/// interpolation between samples, and of noise. Chosen by simulation, see `docs/studies/intervals.md`.
+const DELAY_FLOOR: [f64; 2] = [0.01, 0.05];
 /// Step of the numerical derivative by the delay [samples].
 const STEP: f64 = 0.25;
 
@@ -36,7 +40,10 @@ pub(crate) struct Balance<'a> {
     pub(crate) track: Track,
     /// The smooth force as the axis feels it, held over each period.
     pub(crate) force: Vec<f64>,
+    /// The motion of the instruments.
     caused: Option<Track>,
+    /// Whether it is the motion shortly before.
+    is_past: bool,
     moving: Vec<bool>,
     /// Samples from one row to the next: two rows for a period of the low-pass's cut-off.
     stride: usize,
@@ -155,9 +162,11 @@ impl<'a> Balance<'a> {
             Some(reference) => track.caused(reference, &low_pass, motion.period)?,
             None => None,
         };
+        let is_past = caused.is_none();
+        let caused = caused.or_else(|| track.past(recipe.low_pass, motion.period));
         let moving = moving::moving(&track, &signals.position, recipe.low_pass, motion.period);
         let stride = ((0.5 / (recipe.low_pass * motion.period)) as usize).clamp(1, recipe.decimation.max(1));
-        Ok(Balance { motion, track, force, caused, moving, stride, recipe })
+        Ok(Balance { motion, track, force, caused, is_past, moving, stride, recipe })
     }
 
     /// Samples of a range whose row counts with this delay, and, for one direction only, whose motion has its sign.
@@ -200,13 +209,21 @@ impl<'a> Balance<'a> {
     /// # Errors
     /// Too few rows, or a motion that does not determine the coefficients.
     pub(crate) fn solve(&self, terms: &Terms, range: &Range<usize>) -> Result<Solved, Error> {
+        let solved = self.iterate(terms, range, false);
+        // The slope by the delay is a change of acceleration: where the past does not show it, the present one is taken,
+        // at the price of a small bias by noise.
+        if solved.is_err() && self.is_past && terms.estimates_delay { self.iterate(terms, range, true) } else { solved }
+    }
+
+    /// The iteration of [`solve`](Self::solve); `present`: the delay has the present motion for its instrument.
+    fn iterate(&self, terms: &Terms, range: &Range<usize>, present: bool) -> Result<Solved, Error> {
         const ITERATIONS: usize = 12;
         let mut terms = terms.clone();
         let mut coefficients: Option<Vec<f64>> = None;
         let mut solved = None;
         for _ in 0..ITERATIONS {
             let rows = self.rows(range, &terms);
-            let fit = self.step(&terms, &rows, coefficients.as_deref())?;
+            let fit = self.step(&terms, &rows, coefficients.as_deref(), present)?;
             let count = terms.count();
             let known = coefficients.replace(fit.coefficients[..count].to_vec());
             let change = if terms.estimates_delay && known.is_some() { fit.coefficients[count] } else { 0.0 };
@@ -226,6 +243,8 @@ impl<'a> Balance<'a> {
             }
             // The last column is the change of the delay.
             let last = terms.count();
+            let floor = if self.is_past { DELAY_FLOOR[1] } else { DELAY_FLOOR[0] };
+            widen(&mut fit, last, floor);
             let to_delay = terms.delay - fit.coefficients[last];
             fit.coefficients[last] += to_delay;
             fit.ci95[last].iter_mut().for_each(|bound| *bound += to_delay);
@@ -234,7 +253,7 @@ impl<'a> Balance<'a> {
     }
 
     /// One step of Gauss-Newton; without coefficients of the step before, the delay is held.
-    fn step(&self, terms: &Terms, rows: &[usize], before: Option<&[f64]>) -> Result<LinearFit, Error> {
+    fn step(&self, terms: &Terms, rows: &[usize], before: Option<&[f64]>, present: bool) -> Result<LinearFit, Error> {
         let count = terms.count();
         let total = count + usize::from(terms.estimates_delay && before.is_some());
         let (mut columns, mut instruments) = (vec![Vec::with_capacity(rows.len()); total], vec![Vec::new(); total]);
@@ -264,6 +283,10 @@ impl<'a> Balance<'a> {
                     before[..terms.body()].iter().zip(&body).map(|(b, c)| b * c).sum()
                 });
                 fill(caused, required, &mut instruments);
+                if present && total > count {
+                    instruments[count].pop();
+                    instruments[count].extend(columns[count].last());
+                }
             }
             measured.push(force);
         }
@@ -318,5 +341,27 @@ impl<'a> Balance<'a> {
             *force -= extra.map(|(c, b)| c * b).sum::<f64>();
         }
         motion
+    }
+}
+
+/// Adds an error of one coefficient, given as half of a 95 % interval, to all: the others follow it as their covariance
+/// states.
+fn widen(fit: &mut LinearFit, index: usize, half_width: f64) {
+    let count = fit.coefficients.len();
+    let critical = |fit: &LinearFit, i: usize| 0.5 * (fit.ci95[i][1] - fit.ci95[i][0]) / fit.standard_errors[i];
+    let (factors, variance): (Vec<f64>, f64) =
+        ((0..count).map(|i| critical(fit, i)).collect(), fit.covariance[index][index]);
+    let error = half_width / factors[index];
+    let follows: Vec<f64> = (0..count).map(|i| fit.covariance[i][index] / variance * error).collect();
+    if follows.iter().chain(&factors).any(|value| !value.is_finite()) {
+        return;
+    }
+    for i in 0..count {
+        for j in 0..count {
+            fit.covariance[i][j] += follows[i] * follows[j];
+        }
+        fit.standard_errors[i] = fit.covariance[i][i].sqrt();
+        let wide = factors[i] * fit.standard_errors[i];
+        fit.ci95[i] = [fit.coefficients[i] - wide, fit.coefficients[i] + wide];
     }
 }

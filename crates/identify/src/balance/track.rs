@@ -74,6 +74,25 @@ impl Track {
     }
 }
 
+impl Track {
+    /// The motion a while before, for instruments where no set-point was recorded: noise of the sensor through the
+    /// low-pass is forgotten after one and a half periods of its cut-off frequency, and the motion of an axis is not.
+    /// None where the acceleration changes as fast as that.
+    pub(crate) fn past(&self, cutoff: f64, period: f64) -> Option<Self> {
+        let lag = (1.5 / (cutoff * period)).ceil();
+        let past = |values: &[f64]| delayed(values, lag);
+        let before = past(&self.acceleration);
+        let product: f64 = before.iter().zip(&self.acceleration).map(|(a, b)| a * b).sum();
+        let square: f64 = self.acceleration.iter().map(|a| a * a).sum();
+        let is_similar = product > 0.5 * square;
+        is_similar.then(|| Track {
+            position: past(&self.position),
+            velocity: past(&self.velocity),
+            acceleration: before,
+        })
+    }
+}
+
 /// Slopes from the four nearest samples. A difference of two is too small by (ω·T)²/6, for a movement of 5 Hz sampled at
 /// 100 Hz by 1.6 %, and twice that for the acceleration; this one by (ω·T)⁴/30.
 fn slopes(values: &[f64], period: f64) -> Vec<f64> {

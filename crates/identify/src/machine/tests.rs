@@ -368,6 +368,20 @@ fn corrections_are_listed_with_column_and_lines_and_the_rest_is_left_out() {
 }
 
 #[test]
+fn a_reference_after_the_position_is_refused() {
+    let mut columns = long(&stroke, &push).columns().to_vec();
+    let named = |position: &str, reference: &str| {
+        PLAIN.replace("\"x\"", &format!("\"{position}\""))
+            + &format!("\nreference = {{ name = \"{reference}\", unit = \"mm\" }}")
+    };
+    columns[3] = Column::new("r", (20..4020).map(stroke).collect());
+    let recording = Recording::from_columns("axis.csv", columns);
+    assert!(signals("axis = \"linear\"", &named("x", "r"), GAIN, &recording).is_ok());
+    let error = signals("axis = \"linear\"", &named("r", "x"), GAIN, &recording).unwrap_err().to_string();
+    assert!(error.contains("`x` comes 0.02000 s after") && error.contains("swapped"), "{error}");
+}
+
+#[test]
 fn a_jump_and_time_that_steps_back_are_refused_with_their_line() {
     let jump = long(&|i| stroke(i) + if i < 2000 { 0.0 } else { 77.0 }, &push);
     let error = signals("axis = \"linear\"", PLAIN, GAIN, &jump).unwrap_err().to_string();

@@ -143,7 +143,7 @@ impl<'a> Reading<'a> {
                 return Err(recording.doubtful(&channel.name, "never changes", remedy));
             }
         }
-        self.check_order(&columns);
+        self.check_order(&columns, &recording)?;
         self.notes.extend(machine.saturation(&columns.command, &recording)?);
         let Columns { position, velocity, reference, command, held, injected, .. } = columns;
         Ok(Signals {
@@ -258,17 +258,18 @@ impl<'a> Reading<'a> {
         Ok(())
     }
 
-    fn check_order(&mut self, columns: &Columns) {
-        let Some(reference) = &columns.reference else { return };
-        let Some(rows) = lag_of_reference(reference, &columns.position) else { return };
+    /// Refuses a reference that follows the position: no axis moves before its set-point.
+    fn check_order(&self, columns: &Columns, recording: &Recording) -> Result<(), Error> {
+        let Some((reference, channel)) = columns.reference.as_ref().zip(self.machine.columns.reference.as_ref()) else {
+            return Ok(());
+        };
+        let Some(rows) = lag_of_reference(reference, &columns.position) else { return Ok(()) };
         let lag = Estimate::new(rows as f64 * self.machine.sampling_period, "s");
-        let roles = &self.machine.columns;
-        let name = roles.reference.as_ref().map_or("reference", |channel| channel.name.as_str());
-        self.findings.push(format!(
-            "Column `{name}`: the reference comes {lag} after the position `{}`. Nothing was changed; check whether \
-             the two columns are swapped or one is recorded late.",
-            roles.position.name
-        ));
+        let position = &self.machine.columns.position.name;
+        let fault = format!("comes {lag} after the position `{position}`, which should follow it");
+        let remedy = "If the two columns are swapped, correct [columns]; if the reference is only recorded late, remove it \
+                      there.";
+        Err(recording.doubtful(&channel.name, &fault, remedy))
     }
 
     /// The whole recording for a figure: as understood where it was judged, as read elsewhere.
