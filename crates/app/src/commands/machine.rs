@@ -17,7 +17,7 @@ pub(crate) enum Machine {
     #[command(
         after_help = "Enter accepts the default of a question. Questions whose answer the recording does not determine \
                       have none. Answers by name are stable for scripts; from a pipe, the others are read line by line.\n\n\
-                      Example: stickslip machine init axis.csv --yes --answer gain=\"36 N/V\" --answer command-unit=V"
+                      Example: stickslip machine init axis.csv --yes --answer name=slide --answer axis=linear --out slide.toml"
     )]
     Init(Init),
 }
@@ -36,7 +36,7 @@ pub(crate) struct Init {
     /// Accept all defaults; a question without a default is then an error.
     #[arg(long)]
     yes: bool,
-    /// Answer a question by its name, e.g. gain="36 N/V"; may be repeated.
+    /// Answer a question by its name, for example gain="36 N/V"; may be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = named_answer)]
     answer: Vec<(String, String)>,
     /// Replace the file if it exists.

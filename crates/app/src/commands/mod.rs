@@ -124,7 +124,7 @@ pub(crate) enum Command {
                             Example: stickslip generate c velocity_observer --out observer")]
     Generate(generate::Generate),
     /// Create a file that describes a machine: columns, units, drive.
-    #[command(subcommand, after_help = "Example: stickslip machine init axis.csv")]
+    #[command(subcommand, after_help = "Example: stickslip machine init axis.csv --yes")]
     Machine(machine::Machine),
     /// Serve the virtual machine to a bench in another process.
     #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7\n\

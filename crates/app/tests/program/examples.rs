@@ -45,7 +45,7 @@ fn every_example_in_the_help_runs() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     // Files that the examples expect: a recording and a parameter file of the user.
-    let table = "t [s],x [mm],u [V]\n0,0,1\n0.001,0.1,1\n0.002,0.3,1.5\n0.003,0.6,2\n";
+    let table = "t [s],x [mm],force [N]\n0,0,1\n0.001,0.1,1\n0.002,0.3,1.5\n0.003,0.6,2\n";
     std::fs::write(folder.path().join("axis.csv"), table).expect("the folder takes files");
     std::fs::write(folder.path().join("my-bench.toml"), "[plant.drive]\nmotor_inertia = 4.2e-4\n")
         .expect("the folder takes files");

@@ -100,9 +100,50 @@ fn defaults_are_accepted_with_yes_and_too_few_answers_are_refused() {
     let wrong = stickslip(folder.path(), &["machine", "init", "a.csv", "--out", "m.toml"], "\nWeg\n");
     assert_eq!(wrong.status.code(), Some(1));
     assert!(stderr(&wrong).contains("\"Weg\" is not valid"), "{}", stderr(&wrong));
-    succeeded(stickslip(folder.path(), &["machine", "init", "a.csv", "--out", "m.toml", "--yes"], ""));
+    let init = ["machine", "init", "a.csv", "--out", "m.toml", "--yes"];
+    let invented = stickslip(folder.path(), &init, "");
+    assert!(
+        stderr(&invented).contains("--answer gain=") && !folder.path().join("m.toml").exists(),
+        "{}",
+        stderr(&invented)
+    );
+    let unknown = stickslip(folder.path(), &[&init[..], &["--answer", "gian=36 N/V"]].concat(), "");
+    assert!(stderr(&unknown).contains("unknown question \"gian\"; names: name, time,"), "{}", stderr(&unknown));
+    let unused = [&init[..], &["--answer", "gain=36 N/V", "--answer", "period=1 ms"]].concat();
+    assert!(stderr(&stickslip(folder.path(), &unused, "")).contains("leave no question of this name"));
+    let printed = succeeded(stickslip(folder.path(), &[&init[..], &["--answer", "gain=36 N/V"]].concat(), ""));
+    assert!(printed.contains("Guessed by machine init and not checked: time, time-unit, position,"), "{printed}");
     let machine = Machine::read(&folder.path().join("m.toml")).expect("it loads");
-    assert_eq!((machine.columns.position.name.as_str(), machine.gain), ("Istposition", 1.0));
+    assert_eq!((machine.columns.position.name.as_str(), machine.gain), ("Istposition", 36.0));
+}
+
+#[test]
+fn a_recording_with_wraps_and_dropouts_is_corrected_and_the_printed_command_can_be_pasted() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let whole = recording();
+    let column = |name: &str| &whole.column(name).expect("it is there").values;
+    let [t, q, u] = ["t", "qm", "vir"].map(column);
+    let mut text = "t,pos [mm],u [V]\n".to_owned();
+    for i in 0..whole.rows() {
+        let position = if i % 4000 == 2100 { 0.0 } else { (q[i] * 1e3).rem_euclid(50.0) };
+        text += &format!("{},{position},{}\n", t[i], u[i]);
+    }
+    let name = "Achse 1 + Prüflauf (kalt).csv";
+    std::fs::write(folder.path().join(name), text).expect("the folder takes files");
+    let init = ["machine", "init", name, "--yes", "--answer", "gain=35.15065188248547 N/V"];
+    let printed = succeeded(stickslip(folder.path(), &init, ""));
+    let next =
+        printed.lines().last().and_then(|line| line.trim().strip_prefix("stickslip ")).expect("the next command");
+    let shell = format!("{} {next} --out out", env!("CARGO_BIN_EXE_stickslip"));
+    let pasted = Command::new("sh").arg("-c").arg(shell).current_dir(folder.path()).output().expect("a shell");
+    let printed = succeeded(pasted);
+    let summary = std::fs::read_to_string(folder.path().join("out/summary.json")).expect("it was written");
+    let report = std::fs::read_to_string(folder.path().join("out/report.html")).expect("it was written");
+    for finding in ["counts modulo 50", "(dropouts): they were interpolated", "Guessed by machine init"] {
+        assert!([&printed, &summary, &report].iter().all(|text| text.contains(finding)), "{finding}: {printed}");
+    }
+    let mass = value(&folder.path().join("out"), "inertia.mass");
+    assert!((mass / 94.69 - 1.0).abs() < 5e-3, "{mass}");
 }
 
 #[test]

@@ -14,7 +14,7 @@ pub use load::LoadFriction;
 pub use periodic::PeriodicForce;
 pub use resonance::Resonance;
 
-use super::balance::{Balance, Delay, Directions, Solved, Terms};
+use super::balance::{Balance, Delay, Directions, HELD, Solved, Terms};
 use super::rigid::{Asymmetric, Symmetric};
 use crate::machine::Axis;
 use stickslip_base::Error;
@@ -83,6 +83,10 @@ pub(crate) struct Balanced {
 pub(crate) fn balance(balance: &Balance<'_>) -> Result<Balanced, Error> {
     let directions = balance.directions(0.0);
     let first = balance.search(directions)?;
+    // A long delay that predicts nothing better is a wrong minimum.
+    let is_wrong =
+        first.terms.estimates_delay && (first.delay - HELD).abs() > 1.0 && !balance.delay(&first).is_significant;
+    let first = if is_wrong { balance.solve(&Terms::of(directions, HELD, false), &balance.whole())? } else { first };
     let extra = extra(balance, &first);
     let whole = balance.whole();
     let terms = Terms { delay: first.delay, estimates_delay: first.terms.estimates_delay, ..extra };

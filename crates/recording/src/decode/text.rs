@@ -58,24 +58,19 @@ fn table(sheet: Sheet) -> Result<Table, Error> {
     let heads = header::names_and_units(names.iter().take(width).map(String::as_str));
     let mut heads: Vec<Head> =
         heads.into_iter().enumerate().map(|(index, (name, unit))| Head { index, name, unit }).collect();
-    let mut notes = Vec::new();
     for (line, row) in &first[1..] {
         if header::is_units(row) {
             heads.iter_mut().zip(row).for_each(|(head, cell)| head.unit = header::unit(cell).or(head.unit.take()));
-            notes.push(format!("Line {line} has the units."));
         } else if inspector::is_properties(row) {
             let units = row.iter().map(|cell| inspector::labelled_unit(cell));
             heads.iter_mut().zip(units).for_each(|(head, unit)| head.unit = unit.or(head.unit.take()));
-        } else if header::is_types(row) {
-            notes.push(format!("Line {line} has the types of the numbers."));
-        } else {
+        } else if !header::is_types(row) {
             break;
         }
         after = *line;
     }
     check_widths(&sheet, after, names, *header_line)?;
-    let Body { columns, lines, notes: found } = sheet.body(after, heads, never)?;
-    notes.extend(found);
+    let Body { columns, lines, notes } = sheet.body(after, heads, never)?;
     Ok(Table { groups: vec![Group { name: String::new(), time: None, columns, lines }], notes })
 }
 
