@@ -30,6 +30,9 @@ pub(crate) const HELD: f64 = 0.5;
 /// Error of the delay beside its random one [samples], with instruments from the set-point and from the past: of the
 /// interpolation between samples, and of noise. Chosen by simulation, see `docs/studies/intervals.md`.
 const DELAY_FLOOR: [f64; 2] = [0.01, 0.05];
+/// Factor of all intervals: residuals are not stationary, and instruments are not perfect. Chosen by simulation, see
+/// `docs/studies/intervals.md`.
+const ENLARGED: f64 = 1.25;
 /// Step of the numerical derivative by the delay [samples].
 const STEP: f64 = 0.25;
 
@@ -221,8 +224,12 @@ impl<'a> Balance<'a> {
         let mut terms = terms.clone();
         let mut coefficients: Option<Vec<f64>> = None;
         let mut solved = None;
+        // Other rows for each small change of the delay would keep the iteration from settling.
+        let (mut chosen_at, mut rows) = (terms.delay, self.rows(range, &terms));
         for _ in 0..ITERATIONS {
-            let rows = self.rows(range, &terms);
+            if (terms.delay - chosen_at).abs() > 2.0 {
+                (chosen_at, rows) = (terms.delay, self.rows(range, &terms));
+            }
             let fit = self.step(&terms, &rows, coefficients.as_deref(), present)?;
             let count = terms.count();
             let known = coefficients.replace(fit.coefficients[..count].to_vec());
@@ -230,12 +237,13 @@ impl<'a> Balance<'a> {
             // Far from the solution the derivative is good for some samples only.
             terms.delay += change.clamp(-5.0, 5.0);
             let settled = known.is_some() && change.abs() < 1e-4;
-            solved = Some((fit, rows));
+            solved = Some(fit);
             if settled {
                 break;
             }
         }
-        let (mut fit, rows) = solved.expect("there is an iteration");
+        let mut fit = solved.expect("there is an iteration");
+        enlarge(&mut fit);
         if terms.estimates_delay {
             let change = fit.coefficients[terms.count()];
             if change.is_nan() || change.abs() > 1.0 {
@@ -341,6 +349,15 @@ impl<'a> Balance<'a> {
             *force -= extra.map(|(c, b)| c * b).sum::<f64>();
         }
         motion
+    }
+}
+
+/// Enlarges all intervals by the factor that simulated axes require.
+fn enlarge(fit: &mut LinearFit) {
+    fit.covariance.iter_mut().flatten().for_each(|value| *value *= ENLARGED * ENLARGED);
+    fit.standard_errors.iter_mut().for_each(|error| *error *= ENLARGED);
+    for (ci95, value) in fit.ci95.iter_mut().zip(&fit.coefficients) {
+        *ci95 = ci95.map(|bound| value + ENLARGED * (bound - value));
     }
 }
 
