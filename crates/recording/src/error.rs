@@ -25,7 +25,7 @@ pub enum RecordingError {
         fault: String,
     },
     /// A cell that is not a usable number.
-    #[error("{}:{line}: column `{}` holds \"{}\", {fault}", path.display(), excerpt(column), excerpt(text))]
+    #[error("{}:{line}: column `{}` holds \"{}\", {fault}", path.display(), excerpt(column), text)]
     BadCell {
         /// The file.
         path: PathBuf,
@@ -33,7 +33,7 @@ pub enum RecordingError {
         line: u64,
         /// Name of the column.
         column: String,
-        /// Text of the cell.
+        /// Text of the cell, cut.
         text: String,
         /// The fault and its remedy.
         fault: &'static str,

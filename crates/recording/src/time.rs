@@ -69,7 +69,7 @@ impl Recording {
             }
             if step > gap * median {
                 // Where many steps vary, a long one does not mean a gap.
-                if gap < GAP_TO_RESAMPLE && varied * 100 > last {
+                if gap < GAP_TO_RESAMPLE && varied * 20 > last {
                     return Err(self.uneven(time, row, "jitter", period, RESAMPLE));
                 }
                 let remedy = "Cut the recording there, or record without losses.";

@@ -5,8 +5,7 @@ use stickslip_base::units::Dimension::{Angle, AngularVelocity, Counts};
 use stickslip_base::units::measure;
 
 impl Machine {
-    /// A key without effect and the reason; none if all have one. `motor_side` tells whether the drive's gain is the
-    /// motor's.
+    /// A key without effect and the reason; none if all have one. `motor_side`: the drive's gain is the motor's.
     pub(super) fn without_effect(&self, motor_side: bool) -> Option<(String, &'static str)> {
         let columns = &self.columns;
         let positions = [

@@ -82,7 +82,7 @@ fn what_the_recording_does_not_determine_has_no_default() {
 }
 
 #[test]
-fn a_row_number_is_no_time_and_the_period_is_asked() {
+fn a_row_number_is_not_taken_for_time_and_the_period_is_asked() {
     let wave = |scale: f64| (0..900).map(|i| scale * libm::sin(f64::from(i) * 0.02)).collect();
     let row = Column::new("row", (0..900).map(f64::from).collect());
     let recording = Recording::from_columns(

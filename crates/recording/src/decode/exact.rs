@@ -3,9 +3,9 @@
 /// Digits behind the point of a fixed-point number.
 const PLACES: usize = 12;
 const ONE: i128 = 10_i128.pow(PLACES as u32);
-/// Any decimal number with so many digits is exact to its last digit.
+/// Any decimal number with this number of digits is exact to its last digit.
 const DIGITS: usize = 15;
-/// Smaller numbers are no stamps.
+/// Smaller numbers are not stamps.
 const LEAST: i128 = 1_000_000_000;
 
 /// A decimal number of many digits that is large enough for a stamp, as `f64` and rest.

@@ -5,6 +5,7 @@
 
 use super::{exact, stamps};
 use crate::column::{CellFault, Column};
+use stickslip_base::excerpt::excerpt;
 
 /// Marks seen in the cells of a column.
 #[derive(Clone, Copy, Debug, Default)]
@@ -163,17 +164,6 @@ fn without_spaces(cell: &str) -> std::borrow::Cow<'_, str> {
     if grouped(whole, separator) { cell.replace(separator, "").into() } else { cell.into() }
 }
 
-/// Longest text of a cell in a message.
-const SHOWN: usize = 60;
-
-/// A text that fits in a message.
-fn shortened(cell: &str) -> String {
-    match cell.char_indices().nth(SHOWN) {
-        Some((end, _)) => format!("{}… ({} characters)", &cell[..end], cell.chars().count()),
-        None => cell.to_owned(),
-    }
-}
-
 /// What the cells of a column are.
 #[derive(Clone, Copy)]
 enum Kind {
@@ -213,7 +203,7 @@ impl Numbers {
         if value.is_none() && self.fault.is_none() {
             let two = self.style == Style::Ambiguous && matches!(reading(cell), Some(Reading::Grouped(_)));
             let cause = two.then_some(AMBIGUOUS);
-            self.fault = Some(CellFault { row: self.values.len(), text: shortened(cell), cause });
+            self.fault = Some(CellFault { row: self.values.len(), text: excerpt(cell), cause });
         }
         self.values.push(value.unwrap_or(f64::NAN));
     }

@@ -195,7 +195,7 @@ fn large_stamps_keep_their_differences() {
 }
 
 #[test]
-fn rows_of_units_and_types_and_empty_cells_at_the_end_are_no_samples() {
+fn rows_of_units_and_types_and_empty_cells_at_the_end_are_not_samples() {
     let read = parse("t;x;y;\nfloat64;REAL;INT;\ns;mm;1;\n0,5;1;2;\n1,5;2;3;\n;;;\n;;;\n");
     assert_eq!(heads(&read), [("t", Some("s")), ("x", Some("mm")), ("y", Some("1"))]);
     assert_eq!(read.rows(), 2);

@@ -12,7 +12,7 @@ use stickslip_base::Error;
 
 /// Rows of properties before the numbers, at most.
 const HEADER: usize = 60;
-/// Smaller stamps are no ticks of 100 ns since 1601, which the option "full timestamp" writes.
+/// Smaller stamps are not ticks of 100 ns since 1601, which the option "full timestamp" writes.
 const FILETIME: f64 = 1e16;
 
 /// Whether a text is such an export.

@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn strokes_coasting_and_an_axis_that_sticks_are_no_contradiction() {
+    fn strokes_coasting_and_an_axis_that_sticks_are_not_contradictions() {
         let (position, command) = strokes();
         assert_eq!(contradictions(&position, &command, false), (0..4000, Vec::new()));
         // The axis coasts to rest with the drive at 0.

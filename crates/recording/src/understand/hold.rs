@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_period_that_is_no_multiple_of_the_row_is_recognised() {
+    fn a_period_of_a_fraction_of_a_row_is_recognised() {
         let held: Vec<f64> = (0..4000).map(|i| wave(((i as f64 / 8.3).floor() * 8.3) as usize)).collect();
         assert!((Hold::of(&held).unwrap().rows - 8.3).abs() < 0.1);
     }

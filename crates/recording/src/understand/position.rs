@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impact_noise_quantisation_and_sudden_motion_are_no_faults() {
+    fn an_impact_noise_quantisation_and_sudden_motion_are_not_faults() {
         let impact: Vec<f64> = (0..4000).map(|i: i32| 1e-4 * f64::from((i - 2000).abs())).collect();
         let noisy: Vec<f64> =
             motion(0.1).iter().enumerate().map(|(i, v)| v + 1e-5 * libm::sin((i * i) as f64)).collect();

@@ -42,7 +42,7 @@ pub(crate) struct Plan {
     pub(crate) acceleration: f64,
     /// Whether the axis never reverses.
     pub(crate) forward_only: bool,
-    /// Amplitude of pulses added to the command, in force over gain.
+    /// Amplitude of pulses added to the command, as a force divided by the gain.
     pub(crate) pulses: f64,
     pub(crate) seed: u64,
 }
