@@ -32,7 +32,7 @@ pub(crate) const HELD: f64 = 0.5;
 const DELAY_FLOOR: [f64; 2] = [0.01, 0.05];
 /// Factor of all intervals: residuals are not stationary, and instruments are not perfect. Chosen by simulation, see
 /// `docs/studies/intervals.md`.
-const ENLARGED: f64 = 1.25;
+const ENLARGED: f64 = 1.15;
 /// Step of the numerical derivative by the delay [samples].
 const STEP: f64 = 0.25;
 
