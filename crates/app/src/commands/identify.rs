@@ -74,7 +74,7 @@ fn show(identification: &Identification, summary: &Summary, machine: &Machine, o
         writeln!(out, "Found in this recording:")?;
     }
     for finding in found {
-        writeln!(out, "  {finding}")?;
+        writeln!(out, "  {}", finding.replace('\u{a0}', " "))?;
     }
     writeln!(out, "Not identifiable from this recording:")?;
     for limit in identification.limits() {
