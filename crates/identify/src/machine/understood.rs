@@ -277,12 +277,13 @@ impl<'a> Reading<'a> {
         let (machine, rows) = (self.machine, self.whole.rows());
         let roles = &machine.columns;
         let time = self.time.clone();
+        let is_within = |range: &Range<usize>| range.start >= used.start && range.end <= used.end;
         let mut recorded = Recorded {
             time: time.unwrap_or_else(|| (0..rows).map(|row| row as f64 * machine.sampling_period).collect()),
             position: machine.position(&roles.position, self.whole)?,
             command: values(&roles.command, self.whole, machine.drive.command)?,
             left_out: [0..used.start, used.end..rows].into_iter().filter(|range| !range.is_empty()).collect(),
-            corrected: self.corrected.iter().filter(|range| range.len() < rows / 4).cloned().collect(),
+            corrected: self.corrected.iter().filter(|range| is_within(range)).cloned().collect(),
         };
         recorded.position[self.rows.clone()].copy_from_slice(&position);
         recorded.command[self.rows.clone()].copy_from_slice(&command);
