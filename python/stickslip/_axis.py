@@ -165,13 +165,14 @@ def validate(
         raise TypeError("Missing machine. Pass machine=, the file with the columns and the drive of this recording.")
     table, name = table_and_name(recording)
     with tempfile.TemporaryDirectory() as folder:
-        path = model
         if isinstance(model, Identification):
             path = os.path.join(folder, "model.toml")
             with open(path, "w", encoding="utf-8") as out:
                 out.write(model.model)
-        outcome = _stickslip.validate_model(table, os.fspath(path), file, progress)
-    shown = "found" if isinstance(model, Identification) else repr(os.fspath(model))
+        else:
+            path = os.fspath(model)
+        outcome = _stickslip.validate_model(table, path, file, progress)
+    shown = "found" if isinstance(model, Identification) else repr(path)
     return Validation(outcome, f"stickslip.validate({name!r}, {shown})")
 
 

@@ -9,7 +9,7 @@
 //! | text of LinuxCNC halscope | `Sampling period is N ns`, then pairs of name and value; or a table without time | none |
 //! | MAT, level 5 | vectors, matrices by column, structures with time (Simulink), `X` and `Y` (ControlDesk), To-File matrices | of ControlDesk |
 //! | Parquet | flat columns of numbers and time stamps, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
-//! | MDF 4 | numbers of all groups, by their masters; see [`mdf`](crate::mdf) | of channel or conversion |
+//! | MDF 4 | numbers of all groups, by their masters; see [`mdf`] | of channel or conversion |
 //!
 //! Any of them may be gzipped. A file with several groups (rasters) becomes one table on the stamps of the fastest
 //! group that holds what is [`Wanted`]; [`Recording::notes`] lists what was read, resampled and omitted.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Finding, quantile};
 
-/// Shortest stretch that is judged [rows]: shorter ones do not matter.
+/// Shortest stretch that is judged, in rows: shorter ones do not matter.
 const SHORTEST: usize = 50;
 
 /// The longest stretch of enabled rows, and what was left out; `None` for the range if no row is enabled.
@@ -84,7 +84,7 @@ fn braked(position: &[f64], command: &[f64]) -> Vec<Range<usize>> {
     still.into_iter().filter(|range| range.len() >= SHORTEST && pressed(range)).collect()
 }
 
-/// Speed over about ten rows [per row].
+/// Speed over about ten rows, per row.
 fn speeds(position: &[f64]) -> Vec<f64> {
     const HALF: usize = 5;
     let last = position.len().saturating_sub(1);

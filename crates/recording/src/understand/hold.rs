@@ -48,7 +48,7 @@ impl Hold {
         held.then_some(Hold { rows, changes })
     }
 
-    /// Mean delay of the held channel behind the signal that was sampled [rows].
+    /// Mean delay of the held channel behind the signal that was sampled, in rows.
     pub fn delay(&self) -> f64 {
         0.5 * (self.rows - 1.0)
     }

@@ -1,6 +1,6 @@
 //! A reference that follows the position: two columns that are swapped, or one that is late.
 
-/// Largest shift that is tried [rows].
+/// Largest shift that is tried, in rows.
 const FARTHEST: usize = 200;
 /// Squared distance at the best shift, as a share of that without one.
 const CLEARLY: f64 = 0.25;
