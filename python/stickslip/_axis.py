@@ -14,7 +14,7 @@ from . import _stickslip
 from ._bench import Progress
 from ._errors import InvalidValue
 from ._recording import Machine, Source, machine_of, table_and_name
-from ._results import Result, _points
+from ._results import OverVelocity, Result, _points
 from ._signals import Columns, Signals, _axes
 from ._stickslip import Outcome, Preset
 
@@ -83,7 +83,7 @@ class Validation(Result):
         return super().plot(*(names or list(self)[1:3]), ax=ax, **style)
 
 
-class Calibration(Result):
+class Calibration(OverVelocity):
     """Calibrated parameters of a bench; its friction at constant speeds: `velocity`, `torque`, `standard_error`."""
 
     preset: Preset
@@ -92,15 +92,6 @@ class Calibration(Result):
     def __init__(self, outcome: Outcome, made_by: str, calibrated: Preset) -> None:
         super().__init__(outcome, made_by)
         self.preset = calibrated
-
-    def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
-        """Plot the friction over velocity with 95 % intervals, or the signals `names`. Requires Matplotlib."""
-        if names:
-            return super().plot(*names, ax=ax, **style)
-        ax = _axes(ax)
-        _points(ax, self["velocity"], self["torque"], self["standard_error"], self.units, style)
-        ax.legend()
-        return ax
 
 
 def identify(recording: Source, machine: Machine, *, progress: Progress | None = None) -> Identification:

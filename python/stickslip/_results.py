@@ -123,15 +123,8 @@ class _Snapshot:
         return self._files["summary.json"].decode()
 
 
-class FrictionCurve(Result):
-    """Friction at constant speeds: `velocity` [rad/s], `torque` [N m], `standard_error` [N m]."""
-
-    preload: float
-    """Preload of the friction wheel during the measurement, 0 … 1."""
-
-    def __init__(self, outcome: Outcome, made_by: str) -> None:
-        super().__init__(outcome, made_by)
-        self.preload = self.summary.get("measure.preload", math.nan)
+class OverVelocity(Result):
+    """A result with friction at constant speeds: `velocity`, `torque`, `standard_error`."""
 
     def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
         """Plot torque over velocity with 95 % intervals, or the signals `names`. Requires Matplotlib."""
@@ -141,6 +134,17 @@ class FrictionCurve(Result):
         _points(ax, self["velocity"], self["torque"], self["standard_error"], self.units, style)
         ax.legend()
         return ax
+
+
+class FrictionCurve(OverVelocity):
+    """Friction at constant speeds: `velocity` [rad/s], `torque` [N m], `standard_error` [N m]."""
+
+    preload: float
+    """Preload of the friction wheel during the measurement, 0 … 1."""
+
+    def __init__(self, outcome: Outcome, made_by: str) -> None:
+        super().__init__(outcome, made_by)
+        self.preload = self.summary.get("measure.preload", math.nan)
 
 
 class Fit(Result):

@@ -122,7 +122,7 @@ def replay(run: str | os.PathLike[str] | int, *, progress: Progress | None = Non
 
     - `run`: the file of a record, a folder with its `run.mf4`, or a number in the catalogue.
 
-    Returns the Replay. Raises FileError where there is no record, Error for a record of another version.
+    Returns the Replay. Raises FileError for a missing record, Error for a record of another version.
     """
     path = pathlib.Path(_stickslip.folder_of_run(run) if isinstance(run, int) else run)
     if path.is_dir():

@@ -257,14 +257,14 @@ impl<'a> Draft<'a> {
     /// Takes an answer; an empty answer takes the guess.
     ///
     /// # Errors
-    /// [`Error::Answer`] for an empty answer where there is no guess, and for an invalid one: unknown column, wrong unit,
+    /// [`Error::Answer`] for an empty answer to a question without a guess, and for an invalid one: unknown column, unit,
     /// a number that is not positive. The question stays.
     pub fn answer(&mut self, question: &Question, text: &str) -> Result<(), Error> {
         let given = Some(text.trim()).filter(|text| !text.is_empty());
         let Some(answer) = given.map(str::to_owned).or_else(|| question.guess.clone()) else {
             let remedy = format!(
-                "The recording does not determine it, and a wrong value gives wrong results: there is no default. State it, \
-                 also as --answer {}=….",
+                "The recording does not determine this value, and a wrong one gives wrong results. State it, also as \
+                 --answer {}=….",
                 question.name
             );
             return Err(Error::Answer { question: question.text.clone(), answer: String::new(), remedy });

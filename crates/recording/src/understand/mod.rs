@@ -17,7 +17,7 @@ use std::ops::Range;
 /// A peculiarity of a recording, and what was done about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Whole sentences. `{}` does not occur: rows are named by `rows`.
+    /// Whole sentences, without the rows.
     pub text: String,
     /// The rows concerned, from 0; empty where it concerns all.
     pub rows: Vec<Range<usize>>,
