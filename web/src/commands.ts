@@ -1,6 +1,7 @@
 // All commands and their keys. Palette, tooltips, the table of keys and the keyboard use this list.
 
 import { bench } from './bench.svelte'
+import { stop } from './stop.svelte'
 import { go, view } from './view.svelte'
 
 export type Command = { name: string; key: string; run: () => void; off?: () => string | null }
@@ -22,7 +23,11 @@ export const WINDOWS = [
   { path: '/help', name: 'Help', key: '8' },
 ] as const
 
+/** Stops the axis at any time, also from a text field or dialog. */
+export const STOP_KEY = 'F8'
+
 const common: Command[] = [
+  { name: 'Stop', key: STOP_KEY, run: () => stop.press() },
   ...WINDOWS.map(({ path, name, key }) => ({ name, key, run: () => go(path) })),
   { name: 'Home axis', key: '', run: () => void bench.command({ call: 'home' }), off: () => bench.busy },
   { name: 'Arm', key: '', run: () => void bench.command({ call: 'arm' }), off: () => bench.busy },

@@ -8,6 +8,8 @@ class View {
   log = $state(false)
   /** The parameter group open next to the window. */
   group = $state<{ name: string; path: string } | null>(null)
+  /** How to close the open overlays, the topmost last. */
+  #overlays: (() => void)[] = []
 
   constructor() {
     addEventListener('popstate', () => this.#read())
@@ -26,14 +28,21 @@ class View {
 
   /** Closes the topmost overlay; returns whether one was open. */
   close(): boolean {
-    if (this.palette) this.palette = false
-    else if (this.keys) this.keys = false
-    else if (this.log) this.log = false
-    else if (this.group) this.group = null
-    else return false
-    return true
+    const close = this.#overlays.at(-1)
+    close?.()
+    return close !== undefined
+  }
+
+  /** Adds an overlay and returns how to remove it. */
+  open(close: () => void): () => void {
+    // A function of its own, so that one callback can close two overlays.
+    const entry = () => close()
+    this.#overlays.push(entry)
+    return () => (this.#overlays = this.#overlays.filter((one) => one !== entry))
   }
 }
 
 export const view = new View()
 export const go = (path: string) => view.go(path)
+/** Attached to a popup, menu or dialog: Esc closes it while it is displayed. */
+export const overlay = (close: () => void) => () => view.open(close)

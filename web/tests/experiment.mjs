@@ -147,8 +147,7 @@ await play(async (scene) => {
     await messages.getByRole('row', { name: /active on the target since cycle/ }).waitFor()
     await scene.accessible(ann, 'messages')
     await scene.snapshot(ann, 'messages')
-    // Not by Esc: Esc stops the axis first.
-    await messages.getByRole('button', { name: 'Close' }).click()
+    await ann.keyboard.press('Escape')
     await messages.waitFor({ state: 'hidden' })
   })
   await scene.step('a fault shows its cause and the action required', async () => {

@@ -1,9 +1,9 @@
 // The program, a browser and common functions for the tests of the page. STICKSLIP is the program (target/debug/stickslip),
-// CHROMIUM the browser, SHOTS a folder for pictures.
+// CHROMIUM the browser, SHOTS a folder for pictures, PAGE a folder of `npm run build` (dist) in place of the embedded page.
 
 import assert from 'node:assert/strict'
 import { spawn } from 'node:child_process'
-import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs'
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs'
 import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
@@ -13,11 +13,24 @@ import { chromium } from 'playwright-core'
 const program = process.env.STICKSLIP ?? join(import.meta.dirname, '../../target/debug/stickslip')
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8')
 const shots = process.env.SHOTS
+const built = process.env.PAGE
 // A low tick rate: the tests check the page, on two processors that a browser also needs.
 const SLOW = ['bench.tick_rate=1000', 'bench.safety.missed_ticks=500']
 
 /** The state of the bench in the top bar. */
 export const state = (page) => page.locator('header [role=status] b')
+
+/** Answers requests for the page from the folder `built`, with the headers of the program. */
+async function replacePage(context) {
+  await context.route('**/*', async (route) => {
+    const file = join(built, new URL(route.request().url()).pathname)
+    if (/\.\w+$/.test(file) && existsSync(file)) return route.fulfill({ path: file })
+    if (route.request().resourceType() !== 'document') return route.fallback()
+    const response = await route.fetch({ maxRedirects: 0 })
+    const page = response.status() === 200
+    return page ? route.fulfill({ response, path: join(built, 'index.html') }) : route.fulfill({ response })
+  })
+}
 
 class Scene {
   project = mkdtempSync(join(tmpdir(), 'stickslip-page-'))
@@ -47,6 +60,7 @@ class Scene {
 
   async page(name, { width = 1440, height = 900, ...more } = {}) {
     const context = await this.browser.newContext({ viewport: { width, height }, colorScheme: 'light', reducedMotion: 'reduce', ...more })
+    if (built) await replacePage(context)
     // Logs the messages of the page, including closed ones.
     await context.addInitScript(() =>
       new MutationObserver((changes) => {
@@ -127,7 +141,7 @@ export async function play(work, values = SLOW, options = []) {
   await scene.serve()
   scene.browser = await chromium.launch({
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync', ...(built ? ['--disable-features=LocalNetworkAccessChecks'] : [])],
   })
   try {
     await work(scene)

@@ -30,7 +30,7 @@ const fitted = () => measurement.curve?.fit != null && !measurement.curve.measur
 export const STOPS: Stop[] = [
   {
     title: 'Home the axis',
-    text: 'The encoder counts from its position at power-on. Homing switches the drive on and searches the index, which sets the zero of the angle. Stop (top right) or Esc brakes at any time.',
+    text: 'The encoder counts from its position at power-on. Homing switches the drive on and searches the index, which sets the zero of the angle. Stop (top right) or F8 brakes at any time; Esc does so if no menu or dialog is open.',
     at: '/',
     target: () => control(/^Home axis/),
     done: () => bench.homed,
