@@ -20,6 +20,7 @@ const waiting = [
   'simulation',
   'controllers',
   'escape',
+  'ratios',
   'external-controller',
 ]
 

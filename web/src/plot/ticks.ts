@@ -1,4 +1,7 @@
-// Positions of axis ticks.
+// Positions and font of axis ticks.
+
+/** The font of all texts in plots. A whole number of pixels: uPlot scales the digits before "px" only, so that "11.5px" is drawn as "11.10px" at a device pixel ratio of 2. */
+export const FONT = '12px Inter, system-ui'
 
 const STRETCHED = [0, 1, 2, 5, 10, 20, 50, 100, 150, 200, 500, 1000, 2000, 5000, 10_000]
 

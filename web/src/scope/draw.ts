@@ -3,7 +3,7 @@
 
 import { fixed } from '../format'
 import type { Mark, Signal } from '../protocol'
-import { decimals, linear } from '../plot/ticks'
+import { decimals, FONT, linear } from '../plot/ticks'
 import type { Ring } from './ring'
 
 export const LEFT = 58
@@ -49,7 +49,7 @@ export function steps(range: [number, number] | null, before: [number, number] |
 export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colours, unit: string, values: string[], time: { at: (cycle: number) => number; label: string } | null) {
   const { left, right, top, bottom, low, high } = box
   const y = (value: number) => bottom - ((value - low) / (high - low)) * (bottom - top)
-  context.font = '11.5px Inter, system-ui'
+  context.font = FONT
   context.lineWidth = 1
   const line = (x1: number, y1: number, x2: number, y2: number, colour: string) => {
     context.strokeStyle = colour

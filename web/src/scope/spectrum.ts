@@ -3,6 +3,7 @@
 import FFT from 'fft.js'
 import { significant } from '../format'
 import type { Box, Colours } from './draw'
+import { FONT } from '../plot/ticks'
 import type { Ring } from './ring'
 
 /** Maximum number of samples: the newest of the range. */
@@ -83,7 +84,7 @@ export const powerText = (power: number) => (power >= -3 && power <= 4 ? signifi
 /** Grid and labels. */
 export function axes(context: CanvasRenderingContext2D, box: Decades, colours: Colours, unit: string) {
   const { left, right, top, bottom } = box
-  context.font = '11.5px Inter, system-ui'
+  context.font = FONT
   context.lineWidth = 1
   const line = (x1: number, y1: number, x2: number, y2: number, colour: string) => {
     context.strokeStyle = colour
