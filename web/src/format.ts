@@ -42,20 +42,6 @@ export function age(milliseconds: number): string {
   return seconds < 120 ? `${seconds}${THIN}s` : `${Math.round(seconds / 60)}${THIN}min`
 }
 
-/** Parses input: a decimal number with an optional SI prefix and unit. Returns null for a unit other than `unit`. */
-export function parseQuantity(text: string, unit?: string): number | null {
-  const match = /^([+\-\u2212]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.,])(.*)$/.exec(bare(text))
-  if (!match) return null
-  const [number, behind] = [Number(match[1]!.replace('\u2212', '-')), match[2]!]
-  const fits = (rest: string) => rest === '' || rest === bare(unit ?? rest)
-  if (fits(behind) && !(unit === undefined && behind in PREFIXES)) return number
-  const prefix = PREFIXES[behind[0]!]
-  return prefix !== undefined && fits(behind.slice(1)) ? number * prefix : null
-}
-
-const PREFIXES: Record<string, number> = { m: 1e-3, k: 1e3, µ: 1e-6, u: 1e-6 }
-const bare = (text: string) => text.replace(/[\s\u202f·]/g, '')
-
 /** Splits a symbol: `M_S` is M with the index S. */
 export function symbolParts(symbol: string): [string, string] {
   const [body = '', index = ''] = symbol.split('_')

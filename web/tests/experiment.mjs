@@ -32,13 +32,16 @@ await play(async (scene) => {
     await state(ann).getByText('Off').waitFor()
     await scene.snapshot(ann, 'home-empty')
   })
-  await scene.step('a click on a part opens its parameters, and a value outside its range is refused with the range', async () => {
+  await scene.step('a click on a part opens its parameters, and invalid values are refused with the range and the accepted forms', async () => {
     await ann.getByRole('button', { name: /^Encoder/ }).press('Enter')
     await ann.getByRole('heading', { name: 'Encoder' }).waitFor()
     const field = ann.getByLabel(/counts per revolution/).first()
     await field.fill('-3')
     await field.press('Tab')
     await ann.getByText(/Outside/).waitFor()
+    await field.fill('many')
+    await field.press('Tab')
+    await ann.getByText(/Enter a number.*for example "0.15", "0,15"/).waitFor()
     await scene.accessible(ann, 'parameters')
     await ann.getByRole('button', { name: 'Close' }).click()
   })

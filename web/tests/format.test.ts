@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest'
-import { age, clock, fixed, significant, parseQuantity } from '../src/format'
+import { age, clock, fixed, significant } from '../src/format'
 import { decimals, linear, stretched } from '../src/plot/ticks'
 
 test('a number has a true minus, thin spaces from five digits on and never a minus before zero', () => {
@@ -20,14 +20,6 @@ test('a field has four digits', () => {
   expect(significant(4000)).toBe('4000')
   expect(significant(0)).toBe('0')
   expect(significant(2e-5)).toBe('0.00002')
-})
-
-test('input may have a prefix and a unit', () => {
-  expect(parseQuantity('12m')).toBeCloseTo(0.012)
-  expect(parseQuantity('0.3 N·m')).toBe(0.3)
-  expect(parseQuantity('\u22121.5')).toBe(-1.5)
-  expect(parseQuantity('10\u202f000')).toBe(10000)
-  expect(parseQuantity('much')).toBeNull()
 })
 
 test('times have a suitable unit', () => {

@@ -1,6 +1,7 @@
 // Values at handles: with unit and a fixed number of digits; small values with a prefix.
 
-import { fixed, plain, printed, parseQuantity } from '../format'
+import { parseQuantity } from '../entry'
+import { fixed, plain, printed } from '../format'
 import type { Reference } from '../protocol'
 
 /** Value and unit. */
