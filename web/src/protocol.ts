@@ -19,6 +19,9 @@ export type Call = {
   call: "off"
 }
   | {
+  call: "close"
+}
+  | {
   call: "acknowledge"
 }
   | {

@@ -1,10 +1,12 @@
 //! The calls of the protocol, in the order of the services that answer them.
 
+use std::sync::atomic::Ordering;
+
 use stickslip_core::supervise::Request;
 
 use super::axis::Job;
 use super::protocol::{Answer, Call};
-use super::{Live, Shared, signals};
+use super::{Live, LiveError, Shared, signals};
 use stickslip_base::Error;
 use stickslip_bench::tuning::Tuning;
 
@@ -19,6 +21,22 @@ impl Live {
         self.answer(&self.shared, client, call)
     }
 
+    /// Whether a client has ended the program.
+    pub fn closed(&self) -> bool {
+        self.shared.closed.load(Ordering::Relaxed)
+    }
+
+    fn close(&self) -> Result<Answer, Error> {
+        let status = self.status();
+        let torque = matches!(status.state.as_str(), "homing" | "running" | "stopping");
+        if torque || status.doing.is_some() {
+            let what = status.doing.map_or("the drive".into(), |doing| doing.what);
+            return Err(LiveError::Busy { what, remedy: "Stop the axis before you end the program." }.into());
+        }
+        self.shared.closed.store(true, Ordering::Relaxed);
+        Ok(Answer::Done {})
+    }
+
     /// Passes a call to its service.
     fn answer(&self, shared: &Shared, client: &str, call: Call) -> Result<Answer, Error> {
         match call {
@@ -30,6 +48,7 @@ impl Live {
             Call::Arm {} => shared.motion.request(Request::Arm),
             Call::Acknowledge {} => shared.motion.request(Request::Acknowledge),
             Call::Stop {} | Call::Off {} => shared.motion.stop(matches!(call, Call::Off {})),
+            Call::Close {} => self.close(),
             Call::Halt {} => Ok(shared.motion.halt()),
             Call::Home {} => self.begin("home", Job::home()),
             Call::Move { reference, values, render } => self.follow(reference, &values, render),

@@ -55,6 +55,7 @@ mod status;
 mod tests;
 pub mod xcp;
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
 
@@ -102,6 +103,8 @@ struct Shared {
     implementation: Implementation,
     controller: ControllerDesign,
     links: Links,
+    /// Whether a client has ended the program.
+    closed: AtomicBool,
 }
 
 /// Locks a mutex, also after a thread panicked while it held the lock: the data are still valid.

@@ -1,6 +1,7 @@
 //! Start of a bench: its parameters, its machine, its services, its threads.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, mpsc};
 use std::thread;
 
@@ -105,6 +106,7 @@ impl Live {
             implementation: Implementation::new(&start.project.join("build"), target),
             controller: ControllerDesign::default(),
             links: Links::new(start.virtual_seed(), bench.traffic()),
+            closed: AtomicBool::new(false),
         });
         if let (Some(writer), Some(path)) = (writer, &start.record) {
             shared.recorder.begin_at_start(writer, path);

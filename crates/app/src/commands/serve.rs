@@ -144,7 +144,7 @@ impl ServeCommand {
         )?;
         let polls = self.seconds.map_or(u64::MAX, |seconds| (seconds / POLL_INTERVAL.as_secs_f64()).max(0.0) as u64);
         for _ in 0..polls {
-            if watch.check().is_err() {
+            if watch.check().is_err() || server.closed() {
                 break;
             }
             thread::sleep(POLL_INTERVAL);

@@ -127,6 +127,11 @@ impl Server {
         Ok(self.xcp.insert(Xcp::open(&self.live, requested, PATIENCE)?).doors)
     }
 
+    /// Whether a client has ended the program.
+    pub(crate) fn closed(&self) -> bool {
+        self.live.closed()
+    }
+
     /// Stops the server and the bench; returns the timing report.
     pub(crate) fn stop(self) -> Option<TimingReport> {
         self.xcp.into_iter().for_each(Xcp::stop);

@@ -25,6 +25,8 @@ pub enum Call {
     Stop {},
     /// Disable the torque immediately; the axis comes to rest by its friction.
     Off {},
+    /// End the program; the axis must be without torque.
+    Close {},
     /// Acknowledge the fault.
     Acknowledge {},
     /// End the running motion or measurement: the set-point comes to rest under control.

@@ -208,6 +208,24 @@ fn invalid_calls_are_refused_and_change_nothing() {
 }
 
 #[test]
+fn the_program_ends_only_without_torque() {
+    let (live, _project) = live();
+    let refused = || live.call(ANN, Call::Close {}).unwrap_err().to_string();
+    live.call(ANN, Call::Home {}).unwrap();
+    assert!(refused().starts_with("home is running"), "{}", refused());
+    ended(&live);
+    assert!(refused().starts_with("the drive is running. Stop the axis"), "{}", refused());
+    assert!(live.call("bob", Call::Close {}).is_err(), "a viewer cannot end the program");
+    live.call(ANN, Call::Stop {}).unwrap();
+    while status(&live).state != "ready" {
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert!(!live.closed());
+    live.call(ANN, Call::Close {}).unwrap();
+    assert!(live.closed());
+}
+
+#[test]
 fn calls_and_answers_read_back_from_their_json() {
     let calls = [
         r#"{"call": "status"}"#,
