@@ -2,7 +2,7 @@
 
 import { Connection, Refused } from './connection'
 import { age } from './format'
-import type { Call, Item, Machine, Status } from './protocol'
+import type { Call, Changed, Item, Machine, Status } from './protocol'
 
 /** Interval between two status requests [ms]. */
 const POLL_INTERVAL = 100
@@ -36,10 +36,14 @@ class Bench {
   status = $state.raw<Status | null>(null)
   machine = $state.raw<Machine | null>(null)
   items = $state.raw<Item[]>([])
+  /** The parameters on the target that differ from those of the start. */
+  differences = $state.raw<Changed[]>([])
   online = $state(false)
   /** Time of the last status and the current time [ms]. */
   received = $state(0)
   now = $state(Date.now())
+  /** Number of downloads in progress. */
+  applying = $state(0)
   messages = $state.raw<Message[]>([])
   /** The message log with times, including closed messages. */
   log = $state.raw<(Message & { at: Date })[]>([])
@@ -106,12 +110,14 @@ class Bench {
   /** Reads parameters and machine data again. */
   async refresh() {
     try {
-      const [machine, items] = await Promise.all([
+      const [machine, items, { differences }] = await Promise.all([
         this.connection.call({ call: 'machine' }, 'machine'),
         this.connection.call({ call: 'items' }, 'items'),
+        this.connection.call({ call: 'differences' }, 'differences'),
       ])
       this.machine = machine
       this.items = items.items
+      this.differences = differences
     } catch (error) {
       if (!(error instanceof Refused)) throw error
     }
@@ -129,7 +135,9 @@ class Bench {
   /** Applies values to the target, with undo and an optional next step. */
   async apply(values: Record<string, string>, what: string, next?: Action): Promise<boolean> {
     const answer = this.connection.call({ call: 'set', values }, 'entered')
-    if (!(await this.attempt(answer))) return false
+    this.applying += 1
+    const applied = await this.attempt(answer).finally(() => (this.applying -= 1))
+    if (!applied) return false
     void this.refresh()
     const cycle = (await answer).cycle
     this.notify(`${what} active on the target since cycle ${cycle}`, { name: 'Undo', run: () => void this.undo() }, next)
@@ -154,7 +162,7 @@ class Bench {
     }
   }
 
-notify(text: string, action?: Action, next?: Action) {
+  notify(text: string, action?: Action, next?: Action) {
     this.#show({ id: 0, text, kind: 'done', action, next })
   }
 

@@ -169,8 +169,8 @@ class Measurement {
 
   async download() {
     const offer = this.offered
-    this.offered = null
     if (offer) await bench.apply(offer.values, `Own friction of run ${offer.run}`, { name: 'Next: Friction Design', run: () => view.go('/design') })
+    this.offered = null
   }
 
   async compare(run: number) {

@@ -6,6 +6,7 @@ class View {
   palette = $state(false)
   keys = $state(false)
   log = $state(false)
+  changes = $state(false)
   /** The parameter group open next to the window. */
   group = $state<{ name: string; path: string } | null>(null)
   /** How to close the open overlays, the topmost last. */

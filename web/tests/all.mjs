@@ -20,7 +20,9 @@ const waiting = [
   'simulation',
   'controllers',
   'escape',
+  'home',
   'ratios',
+  'small',
   'external-controller',
 ]
 

@@ -10,7 +10,7 @@ await play(async (scene) => {
     await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
     await ann.getByText('Homed', { exact: true }).waitFor()
     await ann.getByLabel('Control', { exact: true }).selectOption('state-feedback')
-    await ann.getByRole('button', { name: /Controller parameters/ }).click()
+    await ann.getByRole('region', { name: 'Experiment' }).getByRole('button', { name: 'Controller', exact: true }).click()
     await ann.getByLabel(/integral time/).waitFor()
     await ann.getByLabel('kind', { exact: true }).nth(1).selectOption('poles')
     await ann.getByLabel(/vibration damping/).waitFor()

@@ -33,4 +33,16 @@ test('ticks are multiples of 1, 2 or 5 with distinct labels', () => {
   expect(decimals([0, 0.1, 0.2])).toBe(1)
   expect(decimals([0, 20, 40])).toBe(0)
   expect(stretched(-5, 20)).toEqual([-5, -2, -1, 0, 1, 2, 5, 10, 20])
+  expect(linear(0.1, 0.9, 3)).toEqual([0.2, 0.4, 0.6, 0.8])
+})
+
+test('an axis has at least two ticks, within its range and with distinct labels', () => {
+  const ranges = [[0.1, 0.9], [0.31, 0.39], [0, 0.03], [3, 4.5], [-0.4, 0.7], [12, 18], [1e-4, 1.9e-4], [148, 151]] as const
+  for (const [low, high] of ranges)
+    for (const most of [2, 3, 5, 8])
+      for (const ticks of [linear(low, high, most), stretched(low, high)]) {
+        expect(ticks.length, `${low} to ${high}, at most ${most}`).toBeGreaterThanOrEqual(2)
+        for (const tick of ticks) expect(tick >= low - 1e-9 && tick <= high + 1e-9).toBe(true)
+        expect(new Set(ticks.map((tick) => fixed(tick, decimals(ticks)))).size).toBe(ticks.length)
+      }
 })

@@ -27,8 +27,10 @@ async function replacePage(context) {
     if (/\.\w+$/.test(file) && existsSync(file)) return route.fulfill({ path: file })
     if (route.request().resourceType() !== 'document') return route.fallback()
     const response = await route.fetch({ maxRedirects: 0 })
-    const page = response.status() === 200
-    return page ? route.fulfill({ response, path: join(built, 'index.html') }) : route.fulfill({ response })
+    const { location } = response.headers()
+    // The browser would not ask again after a redirection.
+    if (location) return route.fulfill({ response, status: 200, contentType: 'text/html', body: `<meta http-equiv="refresh" content="0;url=${location}">` })
+    return response.status() === 200 ? route.fulfill({ response, path: join(built, 'index.html') }) : route.fulfill({ response })
   })
 }
 
@@ -55,7 +57,7 @@ class Scene {
       child.once('exit', (code) => reject(new Error(`the program ended with ${code}`)))
     })
     const ended = new Promise((resolve) => child.once('exit', resolve))
-    this.bench = { address: new URL(address), stop: () => (child.kill('SIGINT'), ended) }
+    this.bench = { address: new URL(address), ended, stop: () => (child.kill('SIGINT'), ended) }
   }
 
   async page(name, { width = 1440, height = 900, ...more } = {}) {

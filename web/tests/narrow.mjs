@@ -1,11 +1,11 @@
-// Each window at 200 % zoom, on a phone and in forced colours: nothing hidden or cut, Stop in reach.
+// Each window at 200 % zoom, on a phone, a tablet and in forced colours: nothing hidden, cut or covered, Stop in reach.
 
 import assert from 'node:assert/strict'
 import { join } from 'node:path'
 import { play } from './harness.mjs'
 
-const WINDOWS = ['/', '/friction', '/design', '/controller', '/simulation', '/runs', '/help']
-const SIZES = { zoomed: { width: 640, height: 360 }, phone: { width: 390, height: 844 } }
+const WINDOWS = ['/', '/friction', '/design', '/controller', '/simulation', '/runs', '/help', '/scope']
+const SIZES = { zoomed: { width: 640, height: 360 }, phone: { width: 390, height: 844 }, tablet: { width: 820, height: 1180 } }
 
 /** Layout faults: horizontal scrolling, cut text, Stop out of sight or covered. */
 function layoutFaults() {
@@ -27,7 +27,7 @@ function layoutFaults() {
     const style = getComputedStyle(one)
     // Only for screen readers.
     if (style.clipPath !== 'none') continue
-    if (style.overflowX !== 'visible' && style.overflowX !== 'auto' && one.scrollWidth > one.clientWidth + 1 && !one.title) faults.push(`cut: "${one.textContent.trim().slice(0, 40)}"`)
+    if (style.overflowX !== 'visible' && style.overflowX !== 'auto' && one.scrollWidth > one.clientWidth + 1 && !one.closest('[title]')) faults.push(`cut: "${one.textContent.trim().slice(0, 40)}"`)
     // Text with a tooltip may be shortened.
     if (one.closest('[title]') && style.textOverflow === 'ellipsis') continue
     const range = document.createRange()
@@ -42,9 +42,43 @@ function layoutFaults() {
   return [...new Set(faults)].slice(0, 8)
 }
 
+/** Cards over each other, covered controls, and a text of the guide that is too narrow to read. */
+function coverFaults() {
+  const faults = []
+  const name = (one) => one.ariaLabel || one.getAttribute('aria-label') || one.textContent.trim().slice(0, 30) || one.tagName
+  const cards = [...document.querySelectorAll('main .card')].filter((one) => one.checkVisibility())
+  cards.forEach((a, n) => {
+    for (const b of cards.slice(n + 1)) {
+      if (a.contains(b) || b.contains(a)) continue
+      const [p, q] = [a.getBoundingClientRect(), b.getBoundingClientRect()]
+      if (p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1) faults.push(`the cards "${name(a)}" and "${name(b)}" overlap`)
+    }
+  })
+  for (const one of document.querySelectorAll('main :is(button, select, input), [role=alert] button, .dock button')) {
+    if (!one.checkVisibility({ visibilityProperty: true, opacityProperty: true }) || one.closest('svg, .hidden, [data-scrolls]')) continue
+    if (one.closest('.window')) one.scrollIntoView({ block: 'center', inline: 'center' })
+    const box = one.getBoundingClientRect()
+    // With the tool for points, a click anywhere in the plot sets a point.
+    const at = document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2)
+    if (box.width && !(at && (one.contains(at) || at.contains(one) || at.closest('label')?.contains(one) || at.closest('.sheet')))) faults.push(`"${name(one)}" is covered${at ? ` by ${at.tagName}.${at.className}` : ''}`)
+  }
+  const article = document.querySelector('article')
+  if (article && article.clientWidth < Math.min(440, 0.7 * innerWidth)) faults.push(`the guide is ${article.clientWidth} wide in ${innerWidth}`)
+  return faults.slice(0, 8)
+}
+
 await play(async (scene) => {
   const ann = await scene.page('Ann')
+  const call = (body) =>
+    ann.evaluate(async (body) => {
+      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body })
+      return response.json()
+    }, JSON.stringify(body))
   await ann.goto(scene.bench.address.href)
+  await ann.getByRole('main').waitFor()
+  await call({ call: 'measure', what: 'friction', plan: { slowest: '2', fastest: '40', speeds: '3' } })
+  do await ann.waitForTimeout(200)
+  while ((await call({ call: 'status' })).doing)
   const all = []
   for (const [name, size] of Object.entries(SIZES))
     await scene.step(`every window, ${name}`, async () => {
@@ -54,11 +88,28 @@ await play(async (scene) => {
         await ann.getByRole('main').waitFor()
         await ann.waitForTimeout(400)
         all.push(...(await ann.evaluate(layoutFaults)).map((fault) => `${path}, ${name}: ${fault}`))
+        all.push(...(await ann.evaluate(coverFaults)).map((fault) => `${path}, ${name}: ${fault}`))
         await scene.accessible(ann, `${path}, ${name}`)
         if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, `${name}${path.replace('/', '-')}.png`) })
       }
     })
   assert.deepEqual(all, [], 'nothing is cut or out of reach')
+  await scene.step('the banner of a fault keeps its buttons in reach', async () => {
+    await call({ call: 'move', reference: 'sine', values: { amplitude: 1, frequency: 1 } })
+    await call({ call: 'inject', fault: 'encoder-stuck' })
+    await ann.getByRole('alert', { name: 'Fault' }).waitFor()
+    for (const [name, size] of Object.entries(SIZES)) {
+      await ann.setViewportSize(size)
+      for (const path of ['/', '/design', '/scope']) {
+        await ann.goto(scene.bench.address.origin + path)
+        await ann.getByRole('alert', { name: 'Fault' }).waitFor()
+        await ann.waitForTimeout(300)
+        all.push(...[...(await ann.evaluate(layoutFaults)), ...(await ann.evaluate(coverFaults))].map((fault) => `${path}, ${name}, fault: ${fault}`))
+        if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, `fault-${name}${path.replace('/', '-')}.png`) })
+      }
+    }
+    assert.deepEqual(all, [])
+  })
   await scene.step('every window in forced colours: selected, disabled and active controls are distinguishable', async () => {
     await ann.setViewportSize({ width: 1280, height: 800 })
     await ann.emulateMedia({ forcedColors: 'active' })

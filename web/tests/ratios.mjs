@@ -1,4 +1,5 @@
-// Drawn text keeps its size at device pixel ratios 1, 1.5 and 2, at 200 % zoom, on a phone and after a change of screen.
+// Drawn text keeps its size at device pixel ratios 1, 1.5 and 2, at 200 % zoom, on a phone and after a change of screen, and
+// no text of a plot covers another one.
 
 import assert from 'node:assert/strict'
 import { join } from 'node:path'
@@ -6,6 +7,10 @@ import { play } from './harness.mjs'
 
 /** Limits of the text size in a plot [px of the page]. */
 const [LEAST, MOST] = [10.9, 14]
+/** The least text size in a drawing, which has indices [px of the page]. */
+const LEAST_DRAWN = 8.9
+/** Windows without plots while the scope is collapsed. */
+const WITHOUT = ['/', '/runs']
 const SCREENS = {
   'ratio 1': {},
   'ratio 1.5': { deviceScaleFactor: 1.5 },
@@ -13,19 +18,40 @@ const SCREENS = {
   'zoom 200 %': { deviceScaleFactor: 2, width: 720, height: 450 },
   phone: { deviceScaleFactor: 3, width: 390, height: 844, isMobile: true, hasTouch: true },
 }
-const PATHS = ['/friction', '/design', '/controller', '/runs', '/scope']
+const PATHS = ['/', '/friction', '/design', '/controller', '/runs', '/scope']
 
-/** Notes the texts that are drawn on each canvas, with their size in pixels of the canvas. */
+/** Notes the texts that are drawn on each canvas, with size and box in pixels of the canvas. */
 function note() {
   const drawn = (window.drawn = new Map())
-  const { fillText } = CanvasRenderingContext2D.prototype
-  CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
-    const { a, b } = this.getTransform()
-    const size = Number(/([\d.]+)px/.exec(this.font)[1]) * Math.hypot(a, b)
-    if (!drawn.has(this.canvas)) drawn.set(this.canvas, new Map())
-    drawn.get(this.canvas).set(text, size)
-    return fillText.call(this, text, ...rest)
+  const { fillText, clearRect } = CanvasRenderingContext2D.prototype
+  CanvasRenderingContext2D.prototype.clearRect = function (...box) {
+    drawn.delete(this.canvas)
+    return clearRect.apply(this, box)
   }
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y, ...rest) {
+    const transform = this.getTransform()
+    const size = Number(/([\d.]+)px/.exec(this.font)[1])
+    const { actualBoundingBoxLeft: left, actualBoundingBoxRight: right, actualBoundingBoxAscent: up, actualBoundingBoxDescent: down } = this.measureText(text)
+    const corners = [[x - left, y - up], [x + right, y + down]].map(([x, y]) => transform.transformPoint({ x, y }))
+    const [xs, ys] = [corners.map((corner) => corner.x), corners.map((corner) => corner.y)]
+    const box = { left: Math.min(...xs), right: Math.max(...xs), top: Math.min(...ys), bottom: Math.max(...ys) }
+    if (!drawn.has(this.canvas)) drawn.set(this.canvas, new Map())
+    if (text) drawn.get(this.canvas).set(`${text} at ${Math.round(box.left)}, ${Math.round(box.top)}`, { text, size: size * Math.hypot(transform.a, transform.b), box })
+    return fillText.call(this, text, x, y, ...rest)
+  }
+}
+
+/** Pairs of texts that overlap on a canvas. */
+function overlaps() {
+  const pairs = []
+  for (const [canvas, drawn] of window.drawn) {
+    const texts = canvas.isConnected ? [...drawn.values()] : []
+    texts.forEach((a, n) => {
+      for (const b of texts.slice(n + 1))
+        if (a.box.left < b.box.right && b.box.left < a.box.right && a.box.top < b.box.bottom && b.box.top < a.box.bottom) pairs.push(`"${a.text}" and "${b.text}"`)
+    })
+  }
+  return pairs
 }
 
 /** The sizes of all texts in canvases and drawings [px of the page]. */
@@ -33,7 +59,7 @@ function sizes() {
   const texts = []
   for (const [canvas, drawn] of window.drawn) {
     const { width } = canvas.getBoundingClientRect()
-    if (canvas.isConnected && width) for (const [text, size] of drawn) texts.push({ text, size: (size * width) / canvas.width })
+    if (canvas.isConnected && width) for (const { text, size } of drawn.values()) texts.push({ text, size: (size * width) / canvas.width })
   }
   for (const text of document.querySelectorAll('main svg text')) {
     const size = parseFloat(getComputedStyle(text).fontSize) * text.getScreenCTM().a
@@ -45,6 +71,7 @@ function sizes() {
 await play(async (scene) => {
   const ann = await scene.page('Ann')
   await ann.goto(scene.bench.address.href)
+  await ann.getByRole('main').waitFor()
   await ann.evaluate(async () => {
     const call = async (body) => (await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body: JSON.stringify(body) })).json()
     await call({ call: 'measure', what: 'friction', plan: { slowest: '2', fastest: '40', speeds: '5' } })
@@ -56,20 +83,21 @@ await play(async (scene) => {
   const check = async (page, where, path) => {
     const texts = await page.evaluate(sizes)
     const plots = texts.filter((one) => !one.drawing)
-    assert.ok(path === '/runs' || plots.length >= 8, `${where}: only ${plots.length} texts in plots`)
-    const wrong = plots.filter(({ size }) => size < LEAST || size > MOST)
+    assert.ok(WITHOUT.includes(path) || plots.length >= 8, `${where}: only ${plots.length} texts in plots`)
+    const wrong = [...plots.filter(({ size }) => size < LEAST || size > MOST), ...texts.filter(({ drawing, size }) => drawing && size < LEAST_DRAWN)]
     assert.deepEqual(wrong.map(({ text, size }) => `"${text}" ${size.toFixed(1)} px`), [], where)
-    return plots.length
+    assert.deepEqual(await page.evaluate(overlaps), [], `${where}: texts cover each other`)
   }
   for (const [name, screen] of Object.entries(SCREENS))
     await scene.step(`texts of all plots, ${name}`, async () => {
       const page = await scene.page('Ann', screen)
       await page.addInitScript(note)
       await page.goto(scene.bench.address.href)
+      await page.getByRole('main').waitFor()
       for (const path of PATHS) {
         await page.goto(scene.bench.address.origin + path)
         await page.getByRole('main').waitFor()
-        if (path !== '/runs') await page.waitForFunction(() => [...window.drawn.values()].some((texts) => texts.size > 6))
+        if (!WITHOUT.includes(path)) await page.waitForFunction(() => [...window.drawn.values()].some((texts) => texts.size > 6))
         await page.waitForTimeout(300)
         await check(page, `${path}, ${name}`, path)
         if (process.env.SHOTS) await page.screenshot({ path: join(process.env.SHOTS, `${name.replace(/\W+/g, '-')}${path.replace('/', '-')}.png`) })
@@ -80,6 +108,7 @@ await play(async (scene) => {
     const page = await scene.page('Ann')
     await page.addInitScript(note)
     await page.goto(scene.bench.address.href)
+    await page.getByRole('main').waitFor()
     await page.goto(`${scene.bench.address.origin}/friction`)
     await page.waitForFunction(() => [...window.drawn.values()].some((texts) => texts.size > 6))
     const session = await page.context().newCDPSession(page)

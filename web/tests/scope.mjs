@@ -39,6 +39,7 @@ await play(async (scene) => {
 
   await scene.step('panes with signals appear below the window at once', async () => {
     await ann.goto(scene.bench.address.href)
+    await ann.keyboard.press('s')
     await pane('Pane: angle, setpoint position over time').waitFor()
     await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
     await ann.getByText('Homed', { exact: true }).waitFor()

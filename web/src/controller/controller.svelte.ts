@@ -185,8 +185,8 @@ class ControllerState {
 
   async download() {
     const values = this.offered?.values
-    this.offered = null
     if (values && (await bench.apply(values, 'Controller'))) this.set({})
+    this.offered = null
   }
 
   #send(request: Request) {

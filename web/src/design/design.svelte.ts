@@ -195,8 +195,8 @@ class DesignState {
 
   async download() {
     const values = this.offered?.values
-    this.offered = null
     if (values && (await bench.apply(values, 'Desired friction', { name: 'Measure again (axis moves)', run: () => void measurement.measureRendered() }))) this.downloaded = true
+    this.offered = null
   }
 
   #send(request: Request) {

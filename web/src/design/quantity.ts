@@ -1,20 +1,17 @@
-// Values at handles: with unit and a fixed number of digits; small values with a prefix.
+// Values at handles, and points as columns of a spreadsheet.
 
 import { parseQuantity } from '../entry'
-import { fixed, plain, printed } from '../format'
+import { plain, printed, significant } from '../format'
 import type { Reference } from '../protocol'
 
-/** Value and unit. */
+/** Value and unit, without a prefix: a field next to the plot shows the same number. */
 export function quantity(value: number, unit: string): [string, string] {
-  const small = /^N/.test(unit) && Math.abs(value) < 0.05
-  const shown = small ? value * 1e3 : value
-  const decimals = Math.abs(shown) >= 100 ? 0 : Math.abs(shown) >= 10 ? 1 : Math.abs(shown) >= 1 ? 2 : 3
-  return [fixed(shown, decimals), small ? `m${printed(unit)}` : printed(unit)]
+  return [significant(value, 3), printed(unit)]
 }
 
 /** A unit in words, for screen readers. */
 export function spoken(unit: string): string {
-  return unit.replace('mN', 'millinewton').replace('N', 'newton').replaceAll('·', ' ').replace(/\bm\b/, 'metre').replace(/\bs\b/, 'second').replace('rad', 'radian').replace('/', ' per ')
+  return unit.replace('N', 'newton').replaceAll('·', ' ').replace(/\bm\b/, 'metre').replace(/\bs\b/, 'second').replace('rad', 'radian').replace('/', ' per ')
 }
 
 /** Points from spreadsheet columns: speed, torque, optional weight; rows without numbers are ignored. */

@@ -11,13 +11,11 @@ const STORAGE = 'stickslip.dock'
 export const BAR = 36
 export const LEAST = 120
 const MOST = 0.6
-/** Below this height of the page, the scope is closed by default [px]. */
+/** Below this height of the page, the list of signals is closed by default [px]. */
 const ROOM = 860
 
 class Dock {
   height = $state(280)
-  /** True if the page was high enough at the start. */
-  #roomy = innerHeight >= ROOM
   #open = $state<Record<string, boolean>>({})
   side = $state<'signals' | 'readout' | ''>('signals')
   panel = $state<'' | 'trigger' | 'export'>('')
@@ -42,7 +40,7 @@ class Dock {
   }
 
   get open(): boolean {
-    return this.#open[view.path] ?? (view.path === '/' && this.#roomy)
+    return this.#open[view.path] ?? false
   }
 
   toggle() {

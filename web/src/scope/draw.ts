@@ -6,7 +6,12 @@ import type { Mark, Signal } from '../protocol'
 import { decimals, FONT, linear } from '../plot/ticks'
 import type { Ring } from './ring'
 
-export const LEFT = 58
+/** Left margin of all panes, for the widest numbers so far [px]. */
+export let left = 64
+/** The margin grows in steps, so that it seldom moves [px]. */
+const [STEP, WIDEST] = [16, 128]
+/** Space left of the numbers of the y axis with and without a title [px]. */
+const [TITLE, GAP] = [26, 14]
 export const RIGHT = 14
 const TOP = 5
 /** Height of the time axis. */
@@ -61,12 +66,14 @@ export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colou
   const fits = Math.min(8, Math.max(2, (bottom - top) / 22))
   const all = values.length ? values.map((_, i) => i) : linear(low, high, fits)
   const ticks = all.filter((tick) => tick >= low && tick <= high)
+  const label = (tick: number) => values[tick] ?? fixed(tick, decimals(all))
+  const widest = Math.max(0, ...ticks.map((tick) => context.measureText(label(tick)).width))
   context.textAlign = 'right'
   context.textBaseline = 'middle'
   for (const tick of ticks) {
     line(left, y(tick), right, y(tick), tick === 0 ? colours.axis : colours.grid)
     context.fillStyle = colours.quiet
-    context.fillText(values[tick] ?? fixed(tick, decimals(all)), left - 8, y(tick) + 0.5)
+    context.fillText(label(tick), left - 8, y(tick) + 0.5)
   }
   if (!time) line(left, bottom, right, bottom, colours.grid)
   context.textAlign = 'center'
@@ -83,7 +90,9 @@ export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colou
     context.fillStyle = colours.text
     context.fillText(time.label, (left + right) / 2, bottom + 19)
   }
-  if (unit && bottom - top > 40) {
+  const title = unit ? TITLE : GAP
+  if (widest > left - title) widen(widest + title)
+  if (unit && bottom - top > 40 && widest <= left - TITLE) {
     context.save()
     context.translate(11, (top + bottom) / 2)
     context.rotate(-Math.PI / 2)
@@ -94,8 +103,16 @@ export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colou
   }
 }
 
+/** Makes the left margin of all panes wider. */
+function widen(width: number) {
+  const next = Math.min(WIDEST, STEP * Math.ceil(width / STEP))
+  if (next <= left) return
+  left = next
+  document.documentElement.style.setProperty('--scope-left', `${left}px`)
+}
+
 /** Ticks for the available space. */
-const room = (box: Box) => Math.min(8, Math.max(1.2, (box.right - box.left) / 90))
+const room = (box: Box) => Math.min(8, Math.max(2, (box.right - box.left) / 90))
 
 /** Vertical lines of the time axis, behind the traces. */
 export function grid(context: CanvasRenderingContext2D, box: Box, colours: Colours, at: (cycle: number) => number) {
@@ -217,7 +234,7 @@ export function style(n: number): { colour: number; dash: number[] } {
 }
 
 export function box(width: number, height: number, last: boolean, view: { from: number; to: number }, [low, high]: [number, number]): Box {
-  return { left: LEFT, right: width - RIGHT, top: TOP, bottom: height - (last ? BOTTOM : 4), ...view, low, high }
+  return { left, right: width - RIGHT, top: TOP, bottom: height - (last ? BOTTOM : 4), ...view, low, high }
 }
 
 /** The units of all signals of an axis. */

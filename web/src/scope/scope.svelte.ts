@@ -223,10 +223,11 @@ class Scope {
       // Marks arrive later than the samples of their cycle.
       if (passes) this.#scanned = Math.max(from, ring.next - 1)
       const silent = ring.next - (this.triggered ?? 0) > Math.max(2 * span, this.rate / 2)
-      if (trigger.mode === 'auto' && silent) {
-        this.triggered = null
-        this.#setView(ring.next - span, ring.next)
-      }
+      if (trigger.mode === 'auto' && silent) this.triggered = null
+      // An event that has left the memory cannot be shown.
+      if (this.view.to <= ring.first) this.triggered = null
+      // Live until the first event.
+      if (this.triggered === null) this.#setView(ring.next - span, ring.next)
       return
     }
     this.#scanned = event
