@@ -192,12 +192,14 @@ export type Call = {
 }
   | {
   call: "loop"
-  /** Dragged position of the specified pair of poles. */
+  /** Dragged position of the pair of poles; a controller without specified poles becomes a state feedback with them. */
   drag?: PoleDrag
     | null
   /** Converts the controller to this kind, or uses the defaults of this kind. */
   kind?: DraftKind
     | null
+  /** Largest overshoot of a set-point step, as a share: lowers the set-point weight; a cascade becomes a PID controller. */
+  overshoot?: number | null
   /** Speed at which the load slides [rad/s]; default: 10. */
   speed?: number | null
   /** Whether the corners of the machine's uncertainty are checked as well; takes several times as long. */
@@ -214,12 +216,14 @@ export type Call = {
 }
   | {
   call: "tune"
-  /** Dragged position of the specified pair of poles. */
+  /** Dragged position of the pair of poles; a controller without specified poles becomes a state feedback with them. */
   drag?: PoleDrag
     | null
   /** Converts the controller to this kind, or uses the defaults of this kind. */
   kind?: DraftKind
     | null
+  /** Largest overshoot of a set-point step, as a share: lowers the set-point weight; a cascade becomes a PID controller. */
+  overshoot?: number | null
   /** Speed at which the load slides [rad/s]; default: 10. */
   speed?: number | null
   /** Whether the corners of the machine's uncertainty are checked as well; takes several times as long. */
@@ -1173,6 +1177,8 @@ export type LoopAt = {
   marks: LoopMark[]
   /** The numbers of `stickslip loop`. */
   numbers: LoopNumber[]
+  /** How far the angle exceeds a set-point step, as a share of the step; `null` for an unstable loop. */
+  overshoot: number | null
   /** Phase of the loop gain, without jumps [°]. */
   phase: number[]
   /** Poles of the plant. */
@@ -1190,12 +1196,14 @@ export type LoopAt = {
 }
 /** A draft of a position controller. */
 export type LoopDraft = {
-  /** Dragged position of the specified pair of poles. */
+  /** Dragged position of the pair of poles; a controller without specified poles becomes a state feedback with them. */
   drag?: PoleDrag
     | null
   /** Converts the controller to this kind, or uses the defaults of this kind. */
   kind?: DraftKind
     | null
+  /** Largest overshoot of a set-point step, as a share: lowers the set-point weight; a cascade becomes a PID controller. */
+  overshoot?: number | null
   /** Speed at which the load slides [rad/s]; default: 10. */
   speed?: number | null
   /** Whether the corners of the machine's uncertainty are checked as well; takes several times as long. */
@@ -1228,7 +1236,7 @@ export type LoopMark = {
   phase: number
   /** Real part of the loop gain. */
   real: number
-  /** Short label for a point in a picture: `GM 3.9`. */
+  /** Short label for a point in a picture: `GM 11.8 dB`. */
   short: string
   /** Kind, value and frequency in words. */
   text: string
@@ -1239,9 +1247,9 @@ export type LoopNumber = {
   key: string
   /** Name. */
   name: string
-  /** SI unit. */
+  /** Unit: gain margins in dB, delays in ms, else SI. */
   unit: string
-  /** Value; `null` if unlimited or if the loop is not stable. */
+  /** Value in this unit; `null` if unlimited or if the loop is not stable. */
   value: number | null
 }
 /** A pole in continuous time, ln z/T. */
@@ -1266,7 +1274,7 @@ export type LoopVerdict = {
 }
 /** A position controller on the identified model. */
 export type LoopView = {
-  /** The pair of poles that can be dragged; `null` if the poles follow from gains. */
+  /** The pair of poles that can be dragged; `null` for a controller given by matrices. */
   grip: PoleGrip
     | null
   /** The fields of the controller. */
@@ -1415,17 +1423,19 @@ export type Point = {
   /** Last cycle. */
   to: number
 }
-/** Dragged position of the specified pair of poles of a state feedback. */
+/** Dragged position of a pair of poles. */
 export type PoleDrag = {
   /** Imaginary part [rad/s]. */
   imaginary: number
   /** Real part [1/s]. */
   real: number
 }
-/** The specified pair of poles, which can be dragged. */
+/** A pair of poles that can be dragged. */
 export type PoleGrip = {
   /** Natural frequency [rad/s]. */
   bandwidth: number
+  /** Whether a drag replaces the controller by a state feedback with specified poles. */
+  converts: boolean
   /** Damping ratio. */
   damping: number
   /** Imaginary part of the upper pole [rad/s], at least 0. */

@@ -52,12 +52,17 @@ await play(async (scene) => {
     for (const key of ['sensitivity_peak', 'gain_margin', 'phase_margin', 'crossover', 'bandwidth', 'noise_torque']) {
       const cells = await region('Key figures').locator(`tr[data-key=${key}] td`).allInnerTexts()
       for (const [index, load] of ['sliding', 'stuck'].entries()) {
-        const expected = results[`loop.${load}.${key}`].value ?? Infinity
+        const ratio = results[`loop.${load}.${key}`].value ?? Infinity
+        const expected = key === 'gain_margin' ? 20 * Math.log10(ratio) : ratio
         const shown = cells[index].split('\n')[0]
         if (Number.isFinite(expected)) assert.ok(Math.abs(Number(shown) - expected) <= 6e-3 * Math.abs(expected), `${load} ${key}: ${shown} and ${expected}`)
         else assert.equal(shown, 'infinite')
       }
     }
+    assert.match(await region('Key figures').locator('tr[data-key=gain_margin] th').innerText(), /dB/)
+    assert.match(await region('Key figures').locator('tr[data-key=phase_margin] th').innerText(), /°/)
+    await region('Open loop').getByText(/^GM [\d.]+ dB$/).first().waitFor()
+    await region('Open loop').getByText(/^PM [\d.]+°$/).first().waitFor()
     const before = (await value(GAIN)).value
     assert.notEqual(before, 0.05, 'a draft is not on the target')
     await scene.snapshot(ann, 'controller-draft')
@@ -75,6 +80,22 @@ await play(async (scene) => {
     const [file] = await Promise.all([ann.waitForEvent('download'), ann.getByRole('button', { name: 'CSV', exact: true }).click()])
     assert.match(readFileSync(await file.path(), 'utf8'), /mrad/)
   })
+  await scene.step('a drag zooms into a plot, and a double click shows everything again', async () => {
+    await region('Step responses').getByRole('tab', { name: 'Set-point' }).click()
+    const plot = region('Step responses').locator('.plot')
+    const { x, y, width, height } = await plot.boundingBox()
+    const hash = () => plot.locator('canvas').evaluate((canvas) => canvas.toDataURL().length + canvas.toDataURL().slice(-4000))
+    const whole = await hash()
+    await ann.mouse.move(x + 0.4 * width, y + 0.3 * height)
+    await ann.mouse.down()
+    await ann.mouse.move(x + 0.6 * width, y + 0.7 * height, { steps: 4 })
+    await ann.mouse.up()
+    await ann.waitForTimeout(200)
+    assert.notEqual(await hash(), whole, 'zoomed')
+    await plot.dblclick()
+    await ann.waitForTimeout(200)
+    assert.equal(await hash(), whole, 'everything is shown again')
+  })
   await scene.step('automatic tuning runs next to the bench; its result is a draft with undo', async () => {
     await ann.getByRole('button', { name: /^Automatic/ }).click()
     await region('Robustness').getByText(/Automatic tuning: Tuned within/).waitFor({ timeout: 60_000 })
@@ -84,6 +105,23 @@ await play(async (scene) => {
     assert.equal(await field(/velocity gain/).inputValue(), '0.05')
     await ann.getByRole('button', { name: 'Redo', exact: true }).click()
     await settled()
+  })
+  await scene.step('the large overshoot after the tuning is explained and limited by the set-point weight; the margins stay', async () => {
+    const before = await field(/velocity gain/).inputValue()
+    const steps = region('Step responses')
+    await steps.getByText(/A sudden step overshoots by \d+ %/).waitFor()
+    await scene.snapshot(ann, 'controller-overshoot')
+    const margin = () => region('Key figures').locator('tr[data-key=phase_margin] td').first().evaluate((cell) => cell.firstChild.textContent)
+    const phase = await margin()
+    await steps.getByRole('button', { name: 'Limit to 10 %' }).click()
+    await field(/position weight/).waitFor()
+    await settled()
+    assert.ok(Math.abs((await margin()) - phase) <= 0.02 * phase, `${phase} and ${await margin()}`)
+    const [, overshoot] = /overshoot sliding (\d+) %/.exec(await steps.locator('.peaks').innerText())
+    assert.ok(Number(overshoot) <= 10, overshoot)
+    await ann.getByRole('button', { name: 'Undo', exact: true }).click()
+    await settled()
+    assert.equal(await field(/velocity gain/).inputValue(), before)
   })
   await scene.step('the download lists the changes and applies them to the target', async () => {
     const gain = await field(/velocity gain/).inputValue()
@@ -95,12 +133,27 @@ await play(async (scene) => {
     await main.getByText('The target has these values').waitFor()
     assert.ok(Math.abs((await value(GAIN)).value - Number(gain)) < 1e-3 * Number(gain))
   })
-  await scene.step('the poles of a state feedback are dragged by mouse and by keyboard', async () => {
-    await region('Gains').getByLabel('kind', { exact: true }).first().selectOption('state-feedback')
-    await field(/integral time/).waitFor()
-    await region('Gains').getByLabel('kind', { exact: true }).nth(1).selectOption('poles')
+  await scene.step('the poles are dragged by mouse and by keyboard: a cascade becomes a state feedback, Undo restores it', async () => {
     const grip = ann.getByRole('slider', { name: 'Desired poles' })
     await grip.waitFor()
+    const kind = region('Gains').getByLabel('kind', { exact: true }).first()
+    assert.equal(await kind.inputValue(), 'cascade')
+    await grip.focus()
+    await ann.keyboard.press('ArrowUp')
+    await field(/bandwidth/).waitFor()
+    assert.equal(await kind.inputValue(), 'state-feedback')
+    await settled()
+    await main.getByRole('button', { name: 'Undo', exact: true }).click()
+    await settled()
+    assert.equal(await kind.inputValue(), 'cascade')
+    const { x: left, y: top } = await grip.boundingBox()
+    await ann.mouse.move(left + 9, top + 9)
+    await ann.mouse.down()
+    await ann.mouse.move(left - 10, top - 20, { steps: 5 })
+    await ann.mouse.up()
+    await ann.getByText('The controller became a state feedback with specified poles').waitFor()
+    await field(/bandwidth/).waitFor()
+    await settled()
     const before = Number(await grip.getAttribute('aria-valuenow'))
     const { x, y, width, height } = await grip.boundingBox()
     await ann.mouse.move(x + width / 2, y + height / 2)

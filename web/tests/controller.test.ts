@@ -7,7 +7,7 @@ const mark = { name: 'gain margin', text: 'gain margin 4.00 at 60.0 Hz', short: 
 const pole = (real: number, imaginary: number) => ({ real, imaginary, frequency: Math.hypot(real, imaginary), damping: 1 })
 const at = (load: string): LoopAt => ({
   load, stable: true, numbers: [], poles: [pole(-3, 4), pole(-3, -4)], plant: [pole(-1, 0)], frequency: [1, 10, 100], decibels: [40, 0, -40], phase: [-90, -120, -200],
-  real: [0, -0.5, -0.01], imaginary: [-100, -0.8, 0], marks: [mark], time: [0, 1], setpoint: [0, 1], disturbed: [0, 0],
+  real: [0, -0.5, -0.01], imaginary: [-100, -0.8, 0], marks: [mark], time: [0, 1], setpoint: [0, 1], overshoot: 0, disturbed: [0, 0],
 })
 const loop = { loads: [at('sliding'), at('stuck')] } as LoopView
 

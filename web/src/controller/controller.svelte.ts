@@ -8,7 +8,7 @@ import type { DraftKind, HuntingView, Item, LoopDraft, LoopView, PoleDrag, TuneP
 import { nearestStep, without, type Values } from './draft'
 
 type Step = { values: Values; name: string; key: string }
-type Request = { values: Values; kind?: DraftKind; drag?: PoleDrag }
+type Request = { values: Values; kind?: DraftKind; drag?: PoleDrag; overshoot?: number }
 /** The load for which curves are shown. */
 export type Load = 'both' | 'sliding' | 'stuck'
 
@@ -97,6 +97,12 @@ class ControllerState {
   /** Moves the desired poles; `from` is the draft at the start of the drag. */
   drag(from: Values, drag: PoleDrag) {
     this.#send({ values: from, drag })
+  }
+
+  /** Lowers the set-point weight until a step overshoots by at most this share. */
+  limitOvershoot(most: number) {
+    this.note(`Overshoot at most ${Math.round(100 * most)} %`)
+    this.#send({ values: this.values, overshoot: most })
   }
 
   setSpeed(speed: number) {
@@ -197,7 +203,7 @@ class ControllerState {
   }
 
   #draft(request: Request, thorough: boolean): LoopDraft {
-    return { values: request.values, kind: request.kind ?? null, drag: request.drag ?? null, speed: this.speed, thorough }
+    return { values: request.values, kind: request.kind ?? null, drag: request.drag ?? null, overshoot: request.overshoot ?? null, speed: this.speed, thorough }
   }
 
   async #request() {

@@ -6,6 +6,7 @@
 
 mod hunting;
 mod poles;
+mod setpoint;
 mod tuning;
 mod view;
 
@@ -47,9 +48,12 @@ pub struct LoopDraft {
     /// Speed at which the load slides [rad/s]; default: 10.
     #[serde(default)]
     pub speed: Option<f64>,
-    /// Dragged position of the specified pair of poles.
+    /// Dragged position of the pair of poles; a controller without specified poles becomes a state feedback with them.
     #[serde(default)]
     pub drag: Option<PoleDrag>,
+    /// Largest overshoot of a set-point step, as a share: lowers the set-point weight; a cascade becomes a PID controller.
+    #[serde(default)]
+    pub overshoot: Option<f64>,
     /// Whether the corners of the machine's uncertainty are checked as well; takes several times as long.
     #[serde(default)]
     pub thorough: bool,
@@ -101,6 +105,9 @@ impl AppliedDraft {
         }
         if let Some(drag) = &draft.drag {
             poles::drag_poles(&mut preset.bench.controller, drag)?;
+        }
+        if let Some(most) = draft.overshoot {
+            setpoint::limit_overshoot(&mut preset, speed, most)?;
         }
         Ok(AppliedDraft { in_force: *tuning.preset(), preset, speed })
     }

@@ -11,6 +11,7 @@ use super::view::short;
 use stickslip_base::preset::{Poles, Regulation, StateFeedback};
 use stickslip_base::{ControllerChoice, Error};
 use stickslip_design::linear::{StateSpace, size};
+use stickslip_experiment::workflow::position_loop::as_state_feedback;
 
 /// Damping ratios of the drawn rays.
 const RAYS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
@@ -39,7 +40,7 @@ pub struct DampingRay {
     pub imaginary: f64,
 }
 
-/// Dragged position of the specified pair of poles of a state feedback.
+/// Dragged position of a pair of poles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoleDrag {
@@ -49,7 +50,7 @@ pub struct PoleDrag {
     pub imaginary: f64,
 }
 
-/// The specified pair of poles, which can be dragged.
+/// A pair of poles that can be dragged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PoleGrip {
     /// Real part of the upper pole [1/s].
@@ -60,6 +61,8 @@ pub struct PoleGrip {
     pub bandwidth: f64,
     /// Damping ratio.
     pub damping: f64,
+    /// Whether a drag replaces the controller by a state feedback with specified poles.
+    pub converts: bool,
 }
 
 impl LoopPole {
@@ -87,27 +90,46 @@ impl DampingRay {
 }
 
 impl PoleGrip {
-    /// The pair of a controller with specified poles.
-    pub(super) fn of(controller: &ControllerChoice<f64>) -> Option<Self> {
-        let ControllerChoice::StateFeedback(StateFeedback { regulator: Regulation::Poles(poles), .. }) = controller
-        else {
+    /// The pair of a controller with specified poles; else the slowest oscillating pair of the closed loop.
+    pub(super) fn of(controller: &ControllerChoice<f64>, closed: &[LoopPole]) -> Option<Self> {
+        if let Some(Poles { bandwidth, damping, .. }) = specified(&mut { *controller }).copied() {
+            // Two real poles are dragged at their mean.
+            let real = -bandwidth * damping.min(1.0);
+            let imaginary = bandwidth * libm::sqrt((1.0 - damping * damping).max(0.0));
+            return Some(PoleGrip { real, imaginary, bandwidth, damping, converts: false });
+        }
+        if let ControllerChoice::Linear(_) = controller {
             return None;
-        };
-        let Poles { bandwidth, damping, .. } = *poles;
-        // Two real poles are dragged at their mean.
-        let real = -bandwidth * damping.min(1.0);
-        let imaginary = bandwidth * libm::sqrt((1.0 - damping * damping).max(0.0));
-        Some(PoleGrip { real, imaginary, bandwidth, damping })
+        }
+        let oscillating = closed.iter().find(|pole| pole.imaginary > 0.0);
+        let LoopPole { real, imaginary, frequency, damping } = *oscillating.or(closed.first())?;
+        Some(PoleGrip { real, imaginary, bandwidth: frequency, damping, converts: true })
+    }
+}
+
+/// The specified poles of a state feedback.
+fn specified(controller: &mut ControllerChoice<f64>) -> Option<&mut Poles<f64>> {
+    match controller {
+        ControllerChoice::StateFeedback(StateFeedback { regulator: Regulation::Poles(poles), .. }) => Some(poles),
+        _ => None,
     }
 }
 
 /// Sets the poles to a dragged position: the natural frequency is its distance from 0, the damping ratio the sine of its
-/// angle from the imaginary axis, both limited to the ranges of the parameters.
+/// angle from the imaginary axis, both limited to the ranges of the parameters. A controller without specified poles
+/// becomes a state feedback with them.
 pub(super) fn drag_poles(controller: &mut ControllerChoice<f64>, drag: &PoleDrag) -> Result<(), Error> {
-    let ControllerChoice::StateFeedback(StateFeedback { regulator: Regulation::Poles(poles), .. }) = controller else {
+    let matrices = matches!(controller, ControllerChoice::Linear(_));
+    if !matrices && specified(controller).is_none() {
+        *controller = as_state_feedback(controller);
+        if let ControllerChoice::StateFeedback(feedback) = controller {
+            feedback.regulator = Regulation::Poles(Poles::default());
+        }
+    }
+    let Some(poles) = specified(controller) else {
         return Err(Error::NotSolvable {
             what: "a controller from the position of its poles",
-            remedy: "Choose state feedback with regulator.kind = poles: the poles of other controllers follow from their gains.",
+            remedy: "A controller given by matrices has fixed poles: choose another kind.",
         });
     };
     let position = Complex::new(drag.real, drag.imaginary.abs());

@@ -44,7 +44,7 @@ pub struct LoopView {
     pub rays: Vec<DampingRay>,
     /// Shown range of the pole plane [1/s].
     pub reach: f64,
-    /// The pair of poles that can be dragged; `null` if the poles follow from gains.
+    /// The pair of poles that can be dragged; `null` for a controller given by matrices.
     pub grip: Option<PoleGrip>,
     /// Robustness check; `null` unless the draft is thorough.
     pub verdict: Option<LoopVerdict>,
@@ -79,6 +79,8 @@ pub struct LoopAt {
     pub time: Vec<f64>,
     /// Angle after a set-point step of 1 rad [rad]; empty for an unstable loop.
     pub setpoint: Vec<f64>,
+    /// How far the angle exceeds a set-point step, as a share of the step; `null` for an unstable loop.
+    pub overshoot: Option<f64>,
     /// Angle after a load torque step of 0.1 N m [mrad]; empty for an unstable loop.
     pub disturbed: Vec<f64>,
 }
@@ -90,9 +92,9 @@ pub struct LoopNumber {
     pub key: String,
     /// Name.
     pub name: String,
-    /// SI unit.
+    /// Unit: gain margins in dB, delays in ms, else SI.
     pub unit: String,
-    /// Value; `null` if unlimited or if the loop is not stable.
+    /// Value in this unit; `null` if unlimited or if the loop is not stable.
     pub value: Option<f64>,
 }
 
@@ -103,7 +105,7 @@ pub struct LoopMark {
     pub name: String,
     /// Kind, value and frequency in words.
     pub text: String,
-    /// Short label for a point in a picture: `GM 3.9`.
+    /// Short label for a point in a picture: `GM 11.8 dB`.
     pub short: String,
     /// Frequency [Hz].
     pub frequency: f64,
@@ -162,13 +164,14 @@ impl LoopView {
         thorough: bool,
     ) -> Result<Self, Error> {
         let controller = &run.preset.bench.controller;
-        let grip = PoleGrip::of(controller);
+        let loads = run.operating.iter().map(LoopAt::of).collect::<Result<Vec<_>, _>>()?;
+        let grip = PoleGrip::of(controller, loads.first().map_or(&[], |at| &at.poles));
         let far = grip.map_or(0.0, |grip| grip.bandwidth);
         Ok(LoopView {
             values,
             kind: kind_of(controller).into(),
             items,
-            loads: run.operating.iter().map(LoopAt::of).collect::<Result<_, _>>()?,
+            loads,
             limits: LoopLimits::of(controller.torque_limit()),
             rays: DampingRay::all(),
             reach: REACH * far.max(run.preset.model.drive.vibration()),
@@ -179,7 +182,7 @@ impl LoopView {
 }
 
 impl LoopAt {
-    fn of(it: &OperatingLoop) -> Result<Self, Error> {
+    pub(super) fn of(it: &OperatingLoop) -> Result<Self, Error> {
         let all = it.gain.response(&it.frequencies);
         let phases = unwrapped(all.iter().copied(), -180.0);
         let points: Vec<Bode> = it
@@ -203,6 +206,8 @@ impl LoopAt {
             let angles = it.closed.channel(input, 0)?.step_response(count, dt)?;
             Ok(angles.into_iter().step_by(every).map(|angle| short(scale * angle)).collect())
         };
+        let setpoint = step(0, 1.0)?;
+        let highest = setpoint.iter().copied().fold(1.0, f64::max);
         Ok(LoopAt {
             load: it.name.into(),
             stable,
@@ -216,7 +221,8 @@ impl LoopAt {
             imaginary: column(&|it| it.gain.im),
             marks: marks(it, &points),
             time: (0..count).step_by(every).map(|k| short(k as f64 * dt)).collect(),
-            setpoint: step(0, 1.0)?,
+            overshoot: stable.then_some(short(highest - 1.0)),
+            setpoint,
             disturbed: step(2, 1e3 * LOAD)?,
         })
     }
@@ -224,6 +230,11 @@ impl LoopAt {
 
 impl LoopNumber {
     fn of((key, name, unit, value): (&str, &str, &str, Option<f64>)) -> Self {
+        let (unit, value) = match key {
+            "gain_margin" | "lower_gain_margin" => ("dB", value.map(|ratio| 20.0 * libm::log10(ratio))),
+            "delay_margin" => ("ms", value.map(|seconds| 1e3 * seconds)),
+            _ => (unit, value),
+        };
         let value = value.filter(|value| value.is_finite());
         LoopNumber { key: key.into(), name: name.into(), unit: unit.into(), value }
     }
@@ -320,7 +331,7 @@ fn marks(it: &OperatingLoop, points: &[Bode]) -> Vec<LoopMark> {
         Some(LoopMark { name: name.into(), text, short: label, frequency, decibels, phase, real, imaginary })
     };
     [
-        at(["gain margin", "GM"], margins.gain, &|value| number(value, 2)),
+        at(["gain margin", "GM"], margins.gain, &|value| format!("{} dB", number(20.0 * libm::log10(value), 1))),
         at(["phase margin", "PM"], margins.phase, &|value| format!("{}°", number(value.to_degrees(), 1))),
         at(["M_s", "Mₛ"], Some(margins.sensitivity), &|value| number(value, 2)),
     ]

@@ -41,8 +41,8 @@ fn whole(answer: &impl serde::Serialize, optional: &[&str]) {
 }
 
 /// Fields that may be `null` in an answer.
-const OPTIONAL: [&str; 9] =
-    ["value", "choice", "minimum", "maximum", "default", "grip", "verdict", "sensitivity", "kind"];
+const OPTIONAL: [&str; 10] =
+    ["value", "choice", "minimum", "maximum", "default", "grip", "verdict", "sensitivity", "kind", "overshoot"];
 
 #[test]
 fn a_draft_has_the_numbers_of_its_loop_and_changes_nothing() {
@@ -64,7 +64,7 @@ fn a_draft_has_the_numbers_of_its_loop_and_changes_nothing() {
         let closes = PositionLoop::new(control, &preset.model, &preset.bench, at).unwrap();
         let quality = closes.quality(&preset.model).unwrap();
         assert_eq!(number(&view, load, "sensitivity_peak"), Some(quality.margins.sensitivity.value));
-        assert_eq!(number(&view, load, "gain_margin"), quality.margins.gain.map(|gain| gain.value));
+        assert_eq!(number(&view, load, "gain_margin"), quality.margins.gain.map(|gain| 20.0 * gain.value.log10()));
         assert_eq!(number(&view, load, "noise_torque"), Some(quality.noise_torque));
         let at = view.loads.iter().find(|at| at.load == load).unwrap();
         assert_eq!((at.stable, at.poles.len()), (true, quality.poles.iter().filter(|z| z.modulus() > 1e-9).count()));
@@ -141,6 +141,44 @@ fn a_cascade_is_converted_to_pid_and_the_poles_of_a_state_feedback_can_be_dragge
 }
 
 #[test]
+fn a_dragged_pole_of_any_controller_becomes_that_of_a_state_feedback() {
+    let (live, _project) = live();
+    for kind in ["cascade", "pid", "state-feedback", "predictive"] {
+        let draft = LoopDraft { values: values(&[("bench.controller.kind", kind)]), ..LoopDraft::default() };
+        let grip = loop_view(&live, draft.clone()).grip.unwrap();
+        assert!(grip.converts && grip.bandwidth > 0.0, "{kind}: {grip:?}");
+        let drag = Some(PoleDrag { real: -30.0, imaginary: 40.0 });
+        let dragged = loop_view(&live, LoopDraft { drag, ..draft });
+        let grip = dragged.grip.unwrap();
+        assert_eq!((&*dragged.kind, grip.bandwidth, grip.damping, grip.converts), ("state-feedback", 50.0, 0.6, false));
+        assert_eq!(dragged.values["bench.controller.regulator.kind"], "poles", "{kind}");
+    }
+}
+
+#[test]
+fn a_lower_set_point_weight_limits_the_overshoot_and_keeps_the_margins() {
+    let (live, _project) = live();
+    // Much integral action overshoots.
+    let draft = LoopDraft {
+        values: values(&[("bench.controller.position_gain", "40"), ("bench.controller.velocity_gain", "0.05")]),
+        ..LoopDraft::default()
+    };
+    let before = loop_view(&live, draft.clone());
+    assert!(before.loads[0].overshoot.unwrap() > 0.15, "{:?}", before.loads[0].overshoot);
+    let after = loop_view(&live, LoopDraft { overshoot: Some(0.15), ..draft.clone() });
+    assert_eq!(after.kind, "pid");
+    assert!(after.loads[0].overshoot.unwrap() <= 0.15, "{:?}", after.loads[0].overshoot);
+    for key in ["gain_margin", "phase_margin", "sensitivity_peak"] {
+        let [one, other] = [&before, &after].map(|view| number(view, "sliding", key).unwrap());
+        assert!((one - other).abs() <= 0.02 * one.abs(), "{key}: {one} and {other}");
+    }
+    // A loop that already overshoots less is unchanged.
+    let pid = LoopDraft { kind: Some(DraftKind::Pid), ..draft };
+    let unchanged = loop_view(&live, LoopDraft { overshoot: Some(1.0), ..pid.clone() });
+    assert_eq!(unchanged.values, loop_view(&live, pid).values);
+}
+
+#[test]
 fn invalid_drafts_are_refused_in_words() {
     let (live, _project) = live();
     let refused = |draft: LoopDraft| live.call("looks", Call::Loop(draft)).unwrap_err().to_string();
@@ -152,7 +190,11 @@ fn invalid_drafts_are_refused_in_words() {
         assert!(refused(LoopDraft { speed: Some(speed), ..LoopDraft::default() }).contains("slides"));
     }
     let drag = Some(PoleDrag { real: -1.0, imaginary: 1.0 });
-    assert!(refused(LoopDraft { drag, ..LoopDraft::default() }).contains("state feedback"));
+    assert!(refused(LoopDraft { drag, ..with("bench.controller.kind", "linear") }).contains("matrices"));
+    let overshoot = Some(0.1);
+    assert!(refused(LoopDraft { overshoot, ..with("bench.controller.kind", "state-feedback") }).contains("weight"));
+    assert!(refused(LoopDraft { overshoot: Some(-1.0), ..LoopDraft::default() }).contains("overshoot"));
+    assert!(refused(LoopDraft { overshoot, ..with("bench.controller.velocity_gain", "5") }).contains("unstable"));
     assert!(Call::from_json(serde_json::json!({ "call": "loop", "valves": {} })).is_err());
 }
 
