@@ -43,7 +43,7 @@ await play(async (scene) => {
     await field.press('Tab')
     await ann.getByText(/Enter a number.*for example "0.15", "0,15"/).waitFor()
     await scene.accessible(ann, 'parameters')
-    await ann.getByRole('button', { name: 'Close' }).click()
+    await ann.getByRole('button', { name: 'Close', exact: true }).click()
   })
   await scene.step('the palette finds a parameter and a command; the keys are listed', async () => {
     await ann.keyboard.press('Control+k')

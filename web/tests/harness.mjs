@@ -27,10 +27,9 @@ async function replacePage(context) {
     if (/\.\w+$/.test(file) && existsSync(file)) return route.fulfill({ path: file })
     if (route.request().resourceType() !== 'document') return route.fallback()
     const response = await route.fetch({ maxRedirects: 0 })
-    const { location } = response.headers()
-    // The browser would not ask again after a redirection.
-    if (location) return route.fulfill({ response, status: 200, contentType: 'text/html', body: `<meta http-equiv="refresh" content="0;url=${location}">` })
-    return response.status() === 200 ? route.fulfill({ response, path: join(built, 'index.html') }) : route.fulfill({ response })
+    // The redirection after the token is not followed, because it would bypass this route: the address keeps its token.
+    const page = response.status() === 200 || response.headers().location
+    return page ? route.fulfill({ response, status: 200, contentType: 'text/html', path: join(built, 'index.html') }) : route.fulfill({ response })
   })
 }
 

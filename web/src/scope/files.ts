@@ -59,7 +59,7 @@ export function figures(): Figure[] {
     const traces = pane.traces.map((trace, n) => ({ trace, index: scope.index(trace.name), ...style(n) })).filter(({ trace, index }) => !trace.hidden && index >= 0)
     if (!traces.length || (pane.kind === 'xy' && traces.length < 2)) return []
     if (pane.kind === 'xy') return [xyFigure(ring, pane, traces)]
-    return pane.kind === 'time' ? [timeFigure(ring, pane, traces)] : spectrumFigures(ring, traces)
+    return pane.kind === 'time' ? [timeFigure(ring, pane, traces)] : spectrumFigures(ring, pane, traces)
   })
 }
 
@@ -89,8 +89,18 @@ function timeFigure(ring: Ring, pane: Pane, traces: Traced[]): Figure {
     return { role: role(colour), name: scope.signals[index]!.label, mark: 'line' as const, x, y, dash }
   })
   const words = scope.triggered === null ? 'time since the start of the bench, s' : 'time since the trigger, s'
-  const range_y = pane.range ?? steps(range(ring, traces.map((one) => one.index), view), null)
-  return { title: '', x: { label: words, warp: straight, ...axis(scope.time(view.from), scope.time(view.to)) }, y: { label: unitOf(traces.map((one) => scope.signals[one.index]!)), ...axis(...range_y) }, series }
+  const range_y = pane.range ?? scope.displayed.get(pane.id) ?? steps(range(ring, traces.map((one) => one.index), view), null)
+  return { title: '', x: { label: words, warp: straight, ...axis(scope.time(view.from), scope.time(view.to)) }, y: { label: unitOf(traces.map((one) => scope.signals[one.index]!)), ...axis(...range_y) }, series: [...series, ...cursorLines(range_y)] }
+}
+
+/** The cursors in view, with their names. */
+function cursorLines([low, high]: [number, number]) {
+  return (['a', 'b'] as const).flatMap((which) => {
+    const cycle = scope.cursors[which]
+    if (cycle === null || cycle < scope.view.from || cycle > scope.view.to) return []
+    const at = scope.time(cycle)
+    return [{ role: 'reference' as const, name: `Cursor ${which.toUpperCase()}`, mark: 'line' as const, x: [at, at], y: [low, high], dash: which === 'a' ? [] : [6, 3] }]
+  })
 }
 
 /** One signal over another, each point a sample. */
@@ -112,7 +122,7 @@ function xyFigure(ring: Ring, pane: Pane, [across, ...up]: Traced[]): Figure {
 }
 
 /** Amplitude over frequency, both logarithmic. */
-function spectrumFigures(ring: Ring, traces: Traced[]): Figure[] {
+function spectrumFigures(ring: Ring, pane: Pane, traces: Traced[]): Figure[] {
   const [from, to] = span('cursors') ?? [scope.view.from, scope.view.to]
   const found = traces.flatMap((one) => {
     const spectrum = frequencies.spectrum(ring, one.index, from, to, scope.rate)
@@ -120,6 +130,7 @@ function spectrumFigures(ring: Ring, traces: Traced[]): Figure[] {
   })
   if (!found.length) return []
   const range = frequencies.decades(found, scope.rate, null)
+  const [low, high] = scope.displayed.get(pane.id) ?? [range.low, range.high]
   const series = found.map(({ index, colour, dash, step, amplitudes }) => {
     const [x, y]: [number[], number[]] = [[], []]
     for (let k = 1; k < amplitudes.length; k++) {
@@ -133,7 +144,7 @@ function spectrumFigures(ring: Ring, traces: Traced[]): Figure[] {
     {
       title: '',
       x: { label: 'frequency, Hz', warp: Math.log10, range: [10 ** range.from, 10 ** range.to], ticks: frequencies.powers(range.from, range.to).map((power) => 10 ** power), text: (value) => frequencies.powerText(Math.log10(value)) },
-      y: { label: ['amplitude', unit].filter(Boolean).join(', '), range: [range.low, range.high], ticks: frequencies.powers(range.low, range.high), text: frequencies.powerText },
+      y: { label: ['amplitude', unit].filter(Boolean).join(', '), range: [low, high], ticks: frequencies.powers(low, high), text: frequencies.powerText },
       series,
     },
   ]

@@ -40,6 +40,8 @@ class Scope {
   cursors = $state<{ a: number | null; b: number | null }>({ a: null, b: null })
   trigger = $state<{ mode: Mode; signal: string; level: number; slope: Event; before: number }>({ mode: 'off', signal: '', level: 0, slope: 'rising', before: 0.2 })
   /** The cycle of the displayed event. */
+  /** The displayed value axis of each pane, for exports. */
+  displayed = new Map<number, [number, number]>()
   triggered = $state<number | null>(null)
   marks = $state.raw<Mark[]>([])
   /** Increases ten times per second while the scope is drawn. */

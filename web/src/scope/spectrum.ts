@@ -1,7 +1,7 @@
 // Amplitude spectrum of a signal.
 
 import FFT from 'fft.js'
-import { significant } from '../format'
+import { age, significant } from '../format'
 import type { Box, Colours } from './draw'
 import { FONT } from '../plot/ticks'
 import type { Ring } from './ring'
@@ -21,6 +21,14 @@ export type Spectrum = {
 }
 
 const transforms = new Map<number, FFT>()
+
+/** Which cycles a spectrum shows: the newest ones, or a fixed range with its age. */
+export function about({ step }: Spectrum, shows: { cursors: boolean; follow: boolean; end: number; now: number; rate: number }): string {
+  const length = `${significant(1 / step, 3)} s`
+  const what = shows.cursors ? `${length} between the cursors` : `${length} of the visible range`
+  if (!shows.cursors && shows.follow && shows.end >= shows.now - 1) return `newest ${length}, live`
+  return `${what}, ${age((1e3 * Math.max(0, shows.now - shows.end)) / shows.rate)} old`
+}
 
 /** The amplitudes of a signal in the newest power of two of cycles of a range, with a Hann window; `null` if cycles are missing or too few. */
 export function spectrum(ring: Ring, signal: number, from: number, to: number, rate: number): Spectrum | null {
