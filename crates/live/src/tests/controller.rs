@@ -158,7 +158,6 @@ fn a_dragged_pole_of_any_controller_becomes_that_of_a_state_feedback() {
 #[test]
 fn a_lower_set_point_weight_limits_the_overshoot_and_keeps_the_margins() {
     let (live, _project) = live();
-    // Much integral action overshoots.
     let draft = LoopDraft {
         values: values(&[("bench.controller.position_gain", "40"), ("bench.controller.velocity_gain", "0.05")]),
         ..LoopDraft::default()
@@ -168,12 +167,14 @@ fn a_lower_set_point_weight_limits_the_overshoot_and_keeps_the_margins() {
     let after = loop_view(&live, LoopDraft { overshoot: Some(0.15), ..draft.clone() });
     assert_eq!(after.kind, "pid");
     assert!(after.loads[0].overshoot.unwrap() <= 0.15, "{:?}", after.loads[0].overshoot);
+    // The conversion of the cascade changes the margins a little, the weight does not.
+    let pid = LoopDraft { kind: Some(DraftKind::Pid), ..draft };
+    let converted = loop_view(&live, pid.clone());
     for key in ["gain_margin", "phase_margin", "sensitivity_peak"] {
-        let [one, other] = [&before, &after].map(|view| number(view, "sliding", key).unwrap());
-        assert!((one - other).abs() <= 0.02 * one.abs(), "{key}: {one} and {other}");
+        let [one, other] = [&converted, &after].map(|view| number(view, "sliding", key).unwrap());
+        assert!((one - other).abs() <= 1e-9 * one.abs(), "{key}: {one} and {other}");
     }
     // A loop that already overshoots less is unchanged.
-    let pid = LoopDraft { kind: Some(DraftKind::Pid), ..draft };
     let unchanged = loop_view(&live, LoopDraft { overshoot: Some(1.0), ..pid.clone() });
     assert_eq!(unchanged.values, loop_view(&live, pid).values);
 }
