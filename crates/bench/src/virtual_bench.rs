@@ -53,7 +53,7 @@ impl Io for InProcess {
         };
         let steps = self.ticks.steps(&self.normals, self.cycle);
         self.cycle += 1;
-        Ok(self.machine.take(steps, &mut self.state, acting, self.step))
+        Ok(integrator::take(&self.machine, steps, &mut self.state, &acting, self.step))
     }
 
     fn waits(&self) -> bool {

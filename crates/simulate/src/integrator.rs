@@ -17,6 +17,11 @@ use stickslip_core::plant::{Machine, Plant};
 
 use stickslip_base::Error;
 
+/// Steps of a virtual machine in the widest vectors of the processor, with the bits of [`VirtualMachine::take`].
+///
+/// [`VirtualMachine::take`]: stickslip_core::plant::VirtualMachine::take
+pub use stickslip_wide::take;
+
 /// Prepares a plant for steps of `dt` [s], of which a tick has `steps`; refuses a step beyond the plant's bound.
 pub fn prepare(plant: &Plant<f64>, steps: usize, dt: f64) -> Result<Machine<f64>, Error> {
     plant.check_step(dt).map_err(|law| SimulateError::StepTooLarge {

@@ -1,12 +1,14 @@
-//! The virtual bench in eight vector lanes, in the widest vectors of the processor.
+//! The virtual bench in the widest vectors of the processor: alone, and in eight vector lanes.
 //!
-//! This function is a package because it takes the longest to compile, for all vector widths: it is compiled once.
+//! These functions are a package because they take the longest to compile, for all vector widths: they are compiled
+//! once.
 
 use multiversion::multiversion;
 use multiversion::target::match_target;
 use stickslip_core::fields::Fields as _;
+use stickslip_core::plant::{PlantInput, PlantState, VirtualMachine};
 use stickslip_core::scalar::Lanes;
-use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
+use stickslip_core::tick::{BenchInput, BenchState, Measurement, TickOutput, VirtualBench};
 
 /// Number of lanes: one vector of the widest registers.
 pub const LANES: usize = 8;
@@ -31,6 +33,30 @@ pub fn tick(
         "x86_64" => lane_by_lane(bench, steps, state, input, dt),
         _ => bench.tick_of(steps, state, *input, dt),
     }
+}
+
+/// A tick of one bench, with the contacts of its machine side by side; see [`VirtualBench::tick_of`].
+#[multiversion(targets("x86_64+avx2"))]
+pub fn tick_alone(
+    bench: &VirtualBench<f64>,
+    steps: usize,
+    state: &mut BenchState<f64>,
+    input: &BenchInput<f64>,
+    dt: f64,
+) -> TickOutput<f64> {
+    bench.tick_of(steps, state, *input, dt)
+}
+
+/// Steps of one machine, with its contacts side by side; see [`VirtualMachine::take`].
+#[multiversion(targets("x86_64+avx2"))]
+pub fn take(
+    machine: &VirtualMachine<f64>,
+    steps: usize,
+    state: &mut PlantState<f64>,
+    input: &PlantInput<f64>,
+    dt: f64,
+) -> Measurement<f64> {
+    machine.take(steps, state, *input, dt)
 }
 
 /// The same bits, one lane after the other.

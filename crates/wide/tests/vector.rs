@@ -10,15 +10,18 @@ use std::process::Command;
 use bench::{STEPS, TICK, bench};
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
+use stickslip_core::friction::{ElastoPlastic, Model};
 use stickslip_core::scalar::{Lanes, Scalar};
 use stickslip_core::tick::{BenchInput, BenchState, VirtualBench};
-use stickslip_wide::{LANES, Wide, lane_by_lane, tick};
+use stickslip_wide::{LANES, Wide, lane_by_lane, take, tick, tick_alone};
 
 /// Instructions of a function.
 #[derive(Debug, Default)]
 struct Mix {
     packed: usize,
     scalar: usize,
+    /// Packed arithmetic on four numbers.
+    full: usize,
     /// Calls, without those that copy a struct.
     calls: Vec<String>,
     /// Calls of memcpy and similar functions: structs of lanes, passed by value, are large.
@@ -67,6 +70,7 @@ fn mix(name: &str) -> Mix {
         out.instructions += 1;
         out.packed += usize::from(is_arithmetic(name, "pd"));
         out.scalar += usize::from(is_arithmetic(name, "sd"));
+        out.full += usize::from(is_arithmetic(name, "pd") && instruction.contains("%ymm"));
         if let (true, Some((_, register)), Some((_, symbol))) =
             (name == "mov", instruction.rsplit_once(",%"), line.split_once('#'))
         {
@@ -113,6 +117,37 @@ fn a_tick_is_vector_instructions_with_few_calls() {
         assert!(mix.calls.len() <= 4, "{version} calls: {mix:?}");
         assert!(mix.share() > 0.95, "{version}: {mix:?}");
     }
+}
+
+/// The contacts of one machine are computed side by side in 256-bit vectors.
+#[test]
+fn the_contacts_of_one_machine_are_one_vector() {
+    std::hint::black_box(take as fn(&_, _, &mut _, &_, _) -> _);
+    let mix = mix("17take_avx2_version");
+    println!("{} packed, {} scalar, {} of full width", mix.packed, mix.scalar, mix.full);
+    // Predictor and corrector of three contacts, for both forms of fading; in vectors of two numbers none is full.
+    assert!(mix.full > 600, "{mix:?}");
+}
+
+/// Over lanes, contacts are computed one after the other.
+#[test]
+fn contacts_side_by_side_have_the_bits_of_contacts_one_after_the_other() {
+    let mut alone = bench();
+    alone.machine.parts.plant.motor_friction.model = Model::ElastoPlastic(ElastoPlastic::default());
+    alone.machine.parts.plant.wheel.preload = 0.7;
+    let lanes = alone.map(&mut |v: f64| Wide::of(v));
+    let (mut state, mut states) = (BenchState::default(), BenchState::default());
+    let mut way: f64 = 0.0;
+    for cycle in 0..CYCLES {
+        let output = tick_alone(&alone, STEPS, &mut state, &input(0, cycle), TICK);
+        let inputs = side_by_side::<_, LANES>([input(0, cycle); LANES]);
+        let outputs = tick(&lanes, STEPS, &mut states, &inputs, Wide::of(TICK));
+        for (one, all) in numbers(&output).iter().zip(numbers(&outputs)) {
+            assert_eq!(one.to_bits(), all.0[0].to_bits(), "in cycle {cycle}");
+        }
+        way = way.max(output.measured_angle.abs());
+    }
+    assert!(way > 0.2, "it moves: {way}");
 }
 
 /// The counter itself: scalar code counts as scalar, a call as a call.

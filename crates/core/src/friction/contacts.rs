@@ -68,6 +68,17 @@ pub(crate) fn correct<T: Scalar, const N: usize>(
 }
 
 impl<T: Scalar> Sliding<T> {
+    /// After `dt` [s] under contacts with these factors and torques [N m]: the velocity [rad/s], and the torque to hold
+    /// [N m].
+    #[inline(always)]
+    pub(crate) fn kicked<const N: usize>(&self, contacts: [(T, T); N], dt: T) -> (T, T) {
+        let mut total = self.others;
+        for (factor, torque) in contacts {
+            total += factor * torque;
+        }
+        (self.velocity - (total - self.held) * dt / self.inertia, total)
+    }
+
     /// Friction torque [N m] that would bring the mass to rest within `dt` [s]; each contact takes up its part and
     /// leaves the rest to the next one.
     #[inline(always)]

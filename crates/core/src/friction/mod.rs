@@ -14,6 +14,7 @@
 //! changes while the bristles are bent does work on them, in proportion to their stored energy. The time at rest
 //! multiplies the holding torque of any model but not its stiffness, because it changes while the bristles are bent.
 
+pub(crate) mod abreast;
 mod bristle;
 mod bristles;
 pub(crate) mod contacts;
@@ -292,6 +293,12 @@ impl<T: Scalar> Friction<T> {
             end.age = self.rest.after(memory.age, slid, dt);
         }
         (end, torque)
+    }
+
+    /// Factor of the torque at an angle of the screw [rad] and a load of the contact [N m], without the temperature.
+    #[inline(always)]
+    pub(crate) fn factor(&self, angle: T, load: T) -> T {
+        factor(&self.position, &self.load, &Contact { velocity: T::of(0.0), angle, load, arrest: T::of(0.0) })
     }
 
     /// Common parts of all models: the factor, and the viscous torque [N m].

@@ -6,11 +6,11 @@
 //! scheme is of second order. The twist of the coupling is a state and the screw angle a separate integral, so that
 //! rounding of a large angle does not disturb the balance.
 
-use super::Plant;
+use super::{MachineInput, MachineState, Motion, Plant};
 use crate::Fields;
 use crate::block::Block;
 use crate::drive::{INPUTS, STATES, advance, half_flow};
-use crate::friction::Memory;
+use crate::friction::abreast::{Abreast, Inputs};
 use crate::friction::contacts::{Sliding, correct, predict};
 use crate::scalar::Scalar;
 use crate::sensor::Pickups;
@@ -34,85 +34,6 @@ pub struct Machine<T> {
     /// Flow over half a step: one column for each state and each input, with the new states and the change of angle.
     #[field(unit = "1")]
     half_flow: [[T; STATES + 1]; STATES + INPUTS],
-}
-
-/// State of the moving parts.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct MachineState<T> {
-    /// Angle of the screw.
-    #[field(symbol = "φ", unit = "rad")]
-    pub angle: T,
-    /// Velocity of the screw.
-    #[field(symbol = "Ω", unit = "rad/s")]
-    pub velocity: T,
-    /// Twist of the coupling, φ_M − φ.
-    #[field(symbol = "δ", unit = "rad")]
-    pub twist: T,
-    /// Velocity of the motor.
-    #[field(symbol = "Ω_M", unit = "rad/s")]
-    pub motor_velocity: T,
-    /// Current of the load motor.
-    #[field(symbol = "i_L", unit = "A")]
-    pub load_current: T,
-    /// Torque of the drive motor.
-    #[field(symbol = "M_M", unit = "N m")]
-    pub motor_torque: T,
-    /// Torque held against the motor: its friction, less the torque missing at the coupling in a gap.
-    #[field(symbol = "M_R,M", unit = "N m")]
-    pub motor_resistance: T,
-    /// Torque held against the load: friction and the torque missing at the coupling in a gap, less external torque.
-    #[field(symbol = "M_R", unit = "N m")]
-    pub load_resistance: T,
-    /// Torque missing at the coupling in a gap, as held.
-    #[field(symbol = "M_G", unit = "N m")]
-    pub lost_torque: T,
-    /// State of the motor's contact.
-    pub motor_memory: Memory<T>,
-    /// State of the screw's contact.
-    pub screw_memory: Memory<T>,
-    /// State of the wheel's contact.
-    pub wheel_memory: Memory<T>,
-    /// Twist of the arm, φ_a − φ.
-    #[field(symbol = "δ_a", unit = "rad")]
-    pub arm_twist: T,
-    /// Velocity of the arm.
-    #[field(symbol = "Ω_a", unit = "rad/s")]
-    pub arm_velocity: T,
-}
-
-/// Inputs of the moving parts.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct MachineInput<T> {
-    /// Input of the servo amplifier.
-    #[field(symbol = "u_servo", unit = "V")]
-    pub servo_voltage: T,
-    /// Input of the load amplifier.
-    #[field(symbol = "u_amp", unit = "V")]
-    pub amplifier_voltage: T,
-    /// External torque, in the positive direction.
-    #[field(symbol = "M_ext", unit = "N m")]
-    pub external_torque: T,
-}
-
-/// True motion in a step, for the instruments. Signals that pass a filter are means over the step: a value at the end,
-/// held over the step, would lead by half a step.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Motion<T> {
-    /// Angle of the screw at the end of the step.
-    #[field(symbol = "φ", unit = "rad")]
-    pub angle: T,
-    /// Mean acceleration of the screw.
-    #[field(symbol = "Ω̇", unit = "rad/s^2")]
-    pub acceleration: T,
-    /// Angle of the motor in the middle of the step.
-    #[field(symbol = "φ_M", unit = "rad")]
-    pub motor_angle: T,
-    /// Mean velocity of the motor.
-    #[field(symbol = "Ω_M", unit = "rad/s")]
-    pub motor_velocity: T,
-    /// Current of the load motor at the end of the step.
-    #[field(symbol = "i_L", unit = "A")]
-    pub load_current: T,
 }
 
 /// Inputs held over a step, in the order of the columns.
@@ -160,17 +81,26 @@ impl<T: Scalar> Machine<T> {
     }
 }
 
-impl<T: Scalar> Block<T> for Machine<T> {
-    type State = MachineState<T>;
-    type Input = MachineInput<T>;
-    type Output = Motion<T>;
+/// A step at its middle, before friction acts.
+struct Middle<T> {
+    held: Held<T>,
+    motor: Sliding<T>,
+    load: Sliding<T>,
+    arm_velocity: T,
+    lost_torque: T,
+    /// Velocities at the start.
+    start: T,
+    motor_start: T,
+}
 
+impl<T: Scalar> Machine<T> {
+    /// The first half of a step of `dt` [s].
     #[inline(always)]
-    fn step(&self, state: &mut MachineState<T>, input: MachineInput<T>, dt: T) -> Motion<T> {
+    fn first_half(&self, state: &mut MachineState<T>, input: MachineInput<T>, dt: T) -> Middle<T> {
         let plant = &self.plant;
         let (start, motor_start) = (state.velocity, state.motor_velocity);
-        let (ripple, induced) = plant.load_motor.ripple.of(&plant.load_motor.winding, state);
         let winding = &plant.load_motor.winding;
+        let (ripple, induced) = plant.load_motor.ripple.of(winding, state);
         let held = Held {
             motor_resistance: state.motor_resistance,
             load_resistance: state.load_resistance,
@@ -184,47 +114,118 @@ impl<T: Scalar> Block<T> for Machine<T> {
         let coupling = plant.drive.coupling_stiffness * state.twist + plant.drive.coupling_damping * slip;
         // The flow holds the torque lost in the gap as it holds friction: a load at rest is a fixed point in contact
         // and in the gap, too.
-        let lost = plant.backlash.lost(&plant.drive, state.twist, slip);
-        let mut brushes = [(&plant.motor_friction, T::of(1.0), &mut state.motor_memory)];
+        let lost_torque = plant.backlash.lost(&plant.drive, state.twist, slip);
         let motor = Sliding {
             inertia: plant.drive.motor_inertia,
             velocity: state.motor_velocity,
             angle: state.angle + state.twist,
             load: state.motor_torque,
             held: held.motor_resistance,
-            others: T::of(0.0) - lost,
+            others: T::of(0.0) - lost_torque,
         };
         let (arm, arm_velocity) = plant.arm.kick(state.arm_twist, state.arm_velocity, state.velocity, dt);
-        let mut contacts = [
-            (&plant.screw_friction, T::of(1.0), &mut state.screw_memory),
-            (&plant.wheel.friction, plant.wheel.preload, &mut state.wheel_memory),
-        ];
         let load = Sliding {
             inertia: plant.drive.load_inertia,
             velocity: state.velocity,
             angle: state.angle,
-            load: coupling - lost,
+            load: coupling - lost_torque,
             held: held.load_resistance,
-            others: ripple - input.external_torque - arm + lost,
+            others: ripple - input.external_torque - arm + lost_torque,
         };
-        // Both predictors before both correctors: each is a long chain of dependent operations, and the processor
-        // overlaps independent chains.
-        let motor_middle = predict(&motor, &brushes, dt);
-        let load_middle = predict(&load, &contacts, dt);
-        (state.motor_velocity, state.motor_resistance) = correct(&motor, motor_middle, &mut brushes, dt);
-        (state.velocity, state.load_resistance) = correct(&load, load_middle, &mut contacts, dt);
-        state.arm_velocity = arm_velocity;
-        state.lost_torque = lost;
+        Middle { held, motor, load, arm_velocity, lost_torque, start, motor_start }
+    }
 
-        self.flow(state, held, dt);
+    /// The second half of a step, after friction has acted.
+    #[inline(always)]
+    fn second_half(&self, state: &mut MachineState<T>, middle: &Middle<T>, dt: T) -> Motion<T> {
+        state.arm_velocity = middle.arm_velocity;
+        state.lost_torque = middle.lost_torque;
+        self.flow(state, middle.held, dt);
         let half = T::of(0.5);
-        let motor_velocity = half * (motor_start + state.motor_velocity);
+        let motor_velocity = half * (middle.motor_start + state.motor_velocity);
         Motion {
             angle: state.angle,
-            acceleration: (state.velocity - start) / dt,
+            acceleration: (state.velocity - middle.start) / dt,
             motor_angle: state.angle + state.twist - half * dt * motor_velocity,
             motor_velocity,
             load_current: state.load_current,
         }
+    }
+
+    /// The contacts of the machine side by side, if they can be.
+    #[inline(always)]
+    pub(super) fn abreast(&self) -> Option<Abreast<T>> {
+        let wheel = &self.plant.wheel.friction;
+        let contacts = [&self.plant.motor_friction, &self.plant.screw_friction, wheel, wheel];
+        if T::HAS_VECTORS { Abreast::of(contacts) } else { None }
+    }
+
+    /// A [`step`](Block::step) with the contacts side by side: the same bits.
+    #[inline(always)]
+    pub(super) fn step_abreast(
+        &self,
+        contacts: &Abreast<T>,
+        state: &mut MachineState<T>,
+        input: MachineInput<T>,
+        dt: T,
+    ) -> Motion<T> {
+        let middle = self.first_half(state, input, dt);
+        let Middle { motor, load, .. } = &middle;
+        let plant = &self.plant;
+        let (preload, wheel_factor) = (plant.wheel.preload, plant.wheel.friction.factor(load.angle, load.load));
+        let (half, one) = (T::of(0.5) * dt, T::of(1.0));
+        let pair = |motor: T, load: T| [motor, load, load, load];
+
+        let [brushes, screw, wheel] = [&state.motor_memory, &state.screw_memory, &state.wheel_memory];
+        let inputs = Inputs {
+            deflection: [brushes.deflection, screw.deflection, wheel.deflection, wheel.deflection],
+            velocity: pair(motor.velocity, load.velocity),
+            factor: [
+                plant.motor_friction.factor(motor.angle, motor.load),
+                plant.screw_friction.factor(load.angle, load.load),
+                wheel_factor,
+                wheel_factor,
+            ],
+        };
+        let (probe, torque) = contacts.predict(&inputs, half);
+        let [brushes, screw, wheel, _] = torque;
+        let (motor_velocity, _) = motor.kicked([(one, brushes)], half);
+        let (velocity, _) = load.kicked([(one, screw), (preload, wheel)], half);
+
+        let inputs = Inputs { velocity: pair(motor_velocity, velocity), ..inputs };
+        let (end, torque) = contacts.correct(&inputs, &probe, dt);
+        let [brushes, screw, wheel, _] = torque;
+        (state.motor_velocity, state.motor_resistance) = motor.kicked([(one, brushes)], dt);
+        (state.velocity, state.load_resistance) = load.kicked([(one, screw), (preload, wheel)], dt);
+        let [brushes, screw, wheel, _] = end;
+        state.motor_memory.deflection = brushes;
+        state.screw_memory.deflection = screw;
+        state.wheel_memory.deflection = wheel;
+        self.second_half(state, &middle, dt)
+    }
+}
+
+impl<T: Scalar> Block<T> for Machine<T> {
+    type State = MachineState<T>;
+    type Input = MachineInput<T>;
+    type Output = Motion<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut MachineState<T>, input: MachineInput<T>, dt: T) -> Motion<T> {
+        let plant = &self.plant;
+        let middle = self.first_half(state, input, dt);
+        let Middle { motor, load, .. } = &middle;
+        let mut brushes = [(&plant.motor_friction, T::of(1.0), &mut state.motor_memory)];
+        let mut contacts = [
+            (&plant.screw_friction, T::of(1.0), &mut state.screw_memory),
+            (&plant.wheel.friction, plant.wheel.preload, &mut state.wheel_memory),
+        ];
+        // Both predictors before both correctors: each is a long chain of dependent operations, and the processor
+        // overlaps independent chains.
+        let motor_middle = predict(motor, &brushes, dt);
+        let load_middle = predict(load, &contacts, dt);
+        (state.motor_velocity, state.motor_resistance) = correct(motor, motor_middle, &mut brushes, dt);
+        (state.velocity, state.load_resistance) = correct(load, load_middle, &mut contacts, dt);
+        self.second_half(state, &middle, dt)
     }
 }

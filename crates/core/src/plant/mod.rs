@@ -5,11 +5,13 @@
 
 mod backlash;
 mod machine;
+mod motion;
 mod ripple;
 mod stability;
 
 pub use backlash::{Backlash, Gap};
-pub use machine::{Machine, MachineInput, MachineState, Motion};
+pub use machine::Machine;
+pub use motion::{MachineInput, MachineState, Motion};
 pub use ripple::{MotorRipple, RippledMotor};
 
 use crate::Fields;
@@ -164,8 +166,12 @@ impl<T: Scalar> VirtualMachine<T> {
         let noise = plant.accelerometer.noise_density * self.parts.noise_bandwidth_root * input.noise.acceleration;
         let mut voltages = Default::default();
         let mut motion = Motion::default();
+        let abreast = self.parts.abreast();
         for _ in 0..steps {
-            motion = self.parts.run(&mut state.machine, drive, dt);
+            motion = match &abreast {
+                Some(contacts) => self.parts.step_abreast(contacts, &mut state.machine, drive, dt),
+                None => self.parts.run(&mut state.machine, drive, dt),
+            };
             let seen = crate::sensor::PickupsInput {
                 motor_velocity: motion.motor_velocity,
                 motor_angle: motion.motor_angle,
@@ -205,5 +211,7 @@ fn square_root<T: Scalar>(x: T) -> T {
     root
 }
 
+#[cfg(test)]
+mod abreast_tests;
 #[cfg(test)]
 mod tests;

@@ -44,6 +44,9 @@ pub trait Scalar:
     /// Whether a function call is cheap compared with the computation in it: true for plain floats.
     const CALLS_ARE_CHEAP: bool = false;
 
+    /// Whether numbers in an array become vector instructions: true for plain floats on processors with vectors.
+    const HAS_VECTORS: bool = false;
+
     /// A constant; `f32` instances round it.
     fn of(value: f64) -> Self;
 
@@ -168,6 +171,7 @@ macro_rules! float {
             type Mask = bool;
 
             const CALLS_ARE_CHEAP: bool = true;
+            const HAS_VECTORS: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
 
             #[inline(always)]
             fn of(value: f64) -> Self {

@@ -24,9 +24,7 @@ pub trait LaneNumber: Scalar {
         state: &mut BenchState<Self>,
         input: BenchInput<Self>,
         dt: Self,
-    ) -> TickOutput<Self> {
-        bench.tick_of(steps, state, input, dt)
-    }
+    ) -> TickOutput<Self>;
 }
 
 impl LaneNumber for f64 {
@@ -36,6 +34,16 @@ impl LaneNumber for f64 {
 
     fn with_lane(self, _: usize, value: f64) -> Self {
         value
+    }
+
+    fn tick(
+        bench: &VirtualBench<f64>,
+        steps: usize,
+        state: &mut BenchState<f64>,
+        input: BenchInput<f64>,
+        dt: f64,
+    ) -> TickOutput<f64> {
+        stickslip_wide::tick_alone(bench, steps, state, &input, dt)
     }
 }
 
