@@ -117,6 +117,10 @@ pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> R
 pub fn stiffness_limit(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<f64>, Error> {
     let mut sampled = with_arm(law, model, settings)?;
     let [softest, stiffest] = STIFFNESSES;
+    if desired_stiffness(law).is_none() {
+        // The same loop for every stiffness.
+        return Ok((chatter(&sampled, model, settings).rms() > CHATTER_LIMIT).then_some(0.0));
+    }
     Ok(climb(softest, stiffest, |stiffness| {
         sampled.law = with_stiffness(law, stiffness);
         chatter(&sampled, model, settings).rms() <= CHATTER_LIMIT

@@ -151,7 +151,7 @@ impl SampledLoop<f64> {
         });
         let noises = deviations(&self.law, model, 1.0 / self.dt);
         let b = DMatrix::from_fn(states, NOISES.len(), |i, j| a[(i, states + j)] * noises[j]);
-        Linearised { a: a.columns(0, states).into(), b, torque }
+        Linearised { a: a.columns(0, states).into(), b, torque }.relevant()
     }
 }
 
@@ -249,6 +249,33 @@ pub(super) struct Chatter {
 }
 
 impl Linearised {
+    /// The part that the noises reach and that has an effect on the torque: most states belong to other laws and
+    /// frictions. Their zeros would only take time.
+    fn relevant(&self) -> Self {
+        let grown = |mut found: Vec<bool>, leads: &dyn Fn(usize, usize) -> bool| {
+            let mut fresh: Vec<usize> = (0..found.len()).filter(|&state| found[state]).collect();
+            while let Some(from) = fresh.pop() {
+                for to in 0..found.len() {
+                    if !found[to] && leads(from, to) {
+                        found[to] = true;
+                        fresh.push(to);
+                    }
+                }
+            }
+            found
+        };
+        let excited = self.b.row_iter().map(|row| row.iter().any(|share| *share != 0.0)).collect();
+        let reached = grown(excited, &|from, to| self.a[(to, from)] != 0.0);
+        let shown = self.torque.iter().map(|share| *share != 0.0).collect();
+        let effective = grown(shown, &|from, to| self.a[(from, to)] != 0.0);
+        let kept: Vec<usize> = (0..reached.len()).filter(|&state| reached[state] && effective[state]).collect();
+        Linearised {
+            a: self.a.select_rows(&kept).select_columns(&kept),
+            b: self.b.select_rows(&kept),
+            torque: self.torque.select_columns(&kept),
+        }
+    }
+
     /// Change of the load torque over `ticks`, after 2ᵏ ticks for k `doublings`. An unstable loop has grown until then.
     pub(super) fn chatter(&self, doublings: usize, ticks: usize) -> Chatter {
         // Input within the ticks, and free response of the state.
