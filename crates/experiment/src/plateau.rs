@@ -111,10 +111,11 @@ impl Balance<'_> {
     /// Evaluates the frames of one plateau.
     pub(super) fn evaluate(&self, set_velocity: f64, frames: &[Frame], whole_turns: bool) -> Plateau {
         let window = Window::new(frames.len(), self.edge_time / self.dt);
-        let velocity = self.velocity(frames, &window);
+        let weights = window.weights();
+        let velocity = self.velocity(frames, &weights);
         // Friction is the torque at constant speed, without the inertia's torque and the motor's own friction.
         let motor_friction = self.motor_friction.steady_torque(velocity, 0.0, 0.0);
-        let torque = self.torque(frames, |tick| window.weight(tick)) - motor_friction;
+        let torque = self.torque(frames, &weights) - motor_friction;
         let no_friction = mean(frames, |frame| frame.signals.commanded_torque) - torque;
         let rendered = if self.renders { mean(frames, |frame| frame.signals.measured_load_torque) } else { 0.0 };
         let own = torque - rendered;
@@ -129,9 +130,9 @@ impl Balance<'_> {
             })
             .collect();
         let deviation = self.deviation(set_velocity, frames);
-        let averaging_time = self.dt / (0..frames.len()).map(|tick| window.weight(tick as f64).powi(2)).sum::<f64>();
+        let averaging_time = self.dt / weights[1..=frames.len()].iter().map(|weight| weight.powi(2)).sum::<f64>();
         // The angle dependence is at the first frequencies of whole turns.
-        let noise = self.noise(frames, &window, averaging_time, if whole_turns { HARMONICS } else { 0 });
+        let noise = self.noise(frames, (&window, &weights), averaging_time, if whole_turns { HARMONICS } else { 0 });
         let estimate = mean(frames, |frame| frame.signals.estimated_velocity);
         let variance = mean(frames, |frame| (frame.signals.estimated_velocity - estimate).powi(2));
         Plateau {
@@ -152,28 +153,27 @@ impl Balance<'_> {
         }
     }
 
-    /// Mean of torque minus inertia times acceleration [N m] under weights of sum 1 that begin and end at 0.
+    /// Mean of torque minus inertia times acceleration [N m] under weights of sum 1 that begin and end at 0: those of
+    /// the tick before the first frame, of the frames, and of the tick after the last one.
     ///
     /// By parts, Σ w·φ̈ = Σ ẅ·φ: the weights are differentiated, not the encoder's counts. (Shinbrot, Trans. ASME 79
     /// (1957) 547, modulating functions.)
-    fn torque(&self, frames: &[Frame], weight: impl Fn(f64) -> f64) -> f64 {
+    fn torque(&self, frames: &[Frame], weights: &[f64]) -> f64 {
         let Some(first) = frames.first() else { return 0.0 };
         let (mut torque, mut acceleration) = (0.0, 0.0);
-        let (mut before, mut here) = (weight(-1.0), weight(0.0));
-        for (tick, frame) in frames.iter().enumerate() {
-            let after = weight(tick as f64 + 1.0);
+        for (frame, weight) in frames.iter().zip(weights.windows(3)) {
+            let [before, here, after] = [weight[0], weight[1], weight[2]];
             torque += here * frame.signals.commanded_torque;
             acceleration += (after - 2.0 * here + before) * (frame.angle - first.angle);
-            (before, here) = (here, after);
         }
         torque - self.inertia * acceleration / (self.dt * self.dt)
     }
 
     /// Mean velocity [rad/s] under the window, by parts as well.
-    fn velocity(&self, frames: &[Frame], window: &Window) -> f64 {
+    fn velocity(&self, frames: &[Frame], weights: &[f64]) -> f64 {
         let Some(first) = frames.first() else { return 0.0 };
-        let slope = |tick: usize| 0.5 * (window.weight(tick as f64 + 1.0) - window.weight(tick as f64 - 1.0));
-        -frames.iter().enumerate().map(|(tick, frame)| slope(tick) * (frame.angle - first.angle)).sum::<f64>() / self.dt
+        let slopes = weights.windows(3).map(|weight| 0.5 * (weight[2] - weight[0]));
+        -frames.iter().zip(slopes).map(|(frame, slope)| slope * (frame.angle - first.angle)).sum::<f64>() / self.dt
     }
 
     /// Frequency [Hz] and spectral density [N² m² s] of the torque balance at the lowest frequencies after the first
@@ -181,11 +181,21 @@ impl Balance<'_> {
     ///
     /// The torque alone is coloured by the velocity loop, which turns the noise of its tacho into motion, and its
     /// density rises with the square of the frequency; the balance is not.
-    fn noise(&self, frames: &[Frame], window: &Window, time: f64, skipped: usize) -> [[f64; 2]; FREQUENCIES] {
+    fn noise(
+        &self,
+        frames: &[Frame],
+        (window, weights): (&Window, &[f64]),
+        time: f64,
+        skipped: usize,
+    ) -> [[f64; 2]; FREQUENCIES] {
         std::array::from_fn(|k| {
             let step = std::f64::consts::TAU * (skipped + k + 1) as f64 / window.core();
-            let [real, imaginary] = [libm::cos as fn(f64) -> f64, libm::sin]
-                .map(|wave| self.torque(frames, |tick| window.weight(tick) * wave(step * tick)));
+            let wave = |(index, weight): (usize, &f64)| {
+                let (sin, cos) = libm::sincos(step * (index as f64 - 1.0));
+                (weight * cos, weight * sin)
+            };
+            let (cosines, sines): (Vec<f64>, Vec<f64>) = weights.iter().enumerate().map(wave).unzip();
+            let [real, imaginary] = [cosines, sines].map(|weights| self.torque(frames, &weights));
             [step / std::f64::consts::TAU / self.dt, time * (real * real + imaginary * imaginary)]
         })
     }
@@ -260,6 +270,11 @@ impl Window {
     /// Length of the rectangle in ticks.
     fn core(&self) -> f64 {
         self.length - self.edge
+    }
+
+    /// Weights of all ticks, with one tick before and one after.
+    fn weights(&self) -> Vec<f64> {
+        (0..self.length as usize + 2).map(|index| self.weight(index as f64 - 1.0)).collect()
     }
 
     /// Weight of a tick, 0 outside; their sum is 1.
