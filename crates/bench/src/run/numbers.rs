@@ -3,9 +3,12 @@
 use stickslip_core::fields::Fields;
 use stickslip_core::snapshot::{StateVisitor, fields};
 
+/// Room for the signals of a cycle, so that a row is allocated once.
+const USUAL: usize = 40;
+
 /// Selected variants, numbers and fixed counts in the order of declaration.
 pub(super) fn numbers<P: Fields<f64>>(values: &P) -> Vec<f64> {
-    let mut collect = Collect(Vec::new());
+    let mut collect = Collect(Vec::with_capacity(USUAL));
     let mut copy = *values;
     fields(&mut collect, &mut copy);
     collect.0
