@@ -8,6 +8,7 @@ mod controllers;
 #[path = "../../crates/stickslip/examples/soak/crowd.rs"]
 mod crowd;
 mod dask;
+mod demo;
 #[cfg(unix)]
 mod exchange;
 mod fmu;
@@ -64,6 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let names: Vec<_> = demos
         .iter()
         .map(|demo| demo.0)
+        .chain(demo::NAMES)
         .chain(ticks)
         .chain(cycles)
         .chain([study_lanes, fmu_plant, study_dask])
@@ -78,6 +80,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, tick_rate) in demos.into_iter().filter(|demo| wanted(demo.0)) {
         let (ours, peer) = real_time(tick_rate)?;
         println!("{name} {ours:.4} {peer:.4} {:.1}", peer / ours);
+    }
+    if demo::NAMES.into_iter().any(&wanted) {
+        // Nanoseconds of a processor per tick.
+        let demo::Times { ours, recorded, peer, apart: [angle, velocity, drive, load] } = demo::run()?;
+        let apart = format!("(apart: angle {angle:.0e}, velocity {velocity:.0e}, torques {drive:.0e}, {load:.0e})");
+        for (name, ours) in demo::NAMES.into_iter().zip([ours, recorded]) {
+            println!("{name} {ours:.0} {peer:.0} {:.2} {apart}", peer / ours);
+        }
     }
     if ticks.into_iter().any(wanted) {
         // Nanoseconds per tick. Generated C checks its inputs; its peer here has the same guard.
