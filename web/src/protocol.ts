@@ -143,6 +143,11 @@ export type Call = {
   call: "curves"
 }
   | {
+  /** Scales their torques to this breakaway torque [N m]; default: as identified. */
+  breakaway?: number | null
+  call: "frictions"
+}
+  | {
   call: "rendered"
   /** Number of its run; default: the running or last measurement. */
   run?: number | null
@@ -442,6 +447,11 @@ export type Answer = {
   answer: "curves"
   /** The newest first. */
   curves: CurveName[]
+}
+  | {
+  answer: "frictions"
+  /** Frictions identified on physical machines. */
+  frictions: LibraryFriction[]
 }
   | RenderedFriction & {
   answer: "rendered"
@@ -1124,6 +1134,21 @@ export type LateCycle = {
   cycle: number
   /** Cause, in a sentence. */
   sentence: string
+}
+/** A friction of the library. */
+export type LibraryFriction = {
+  /** Breakaway torque [N m], kinetic torque [N m], Stribeck velocity [rad/s] and viscous friction [N m s/rad]. */
+  desired: [number, number, number, number]
+  /** Missing information. */
+  lacks: string[]
+  /** Its name. */
+  name: string
+  /** Factor of all torques. */
+  scale: number
+  /** Authors and method of identification. */
+  source: string
+  /** Title, one line. */
+  title: string
 }
 /** A controller, friction or law loaded from a file. Times in seconds. */
 export type LoadedStatus = {

@@ -43,6 +43,8 @@ await play(async (scene) => {
     return async () => {
       await ann.mouse.up()
       for (const key of held) await ann.keyboard.up(key)
+      // All answers of the program have arrived.
+      await margin.getByText('checking').waitFor({ state: 'hidden' })
     }
   }
 
@@ -79,7 +81,7 @@ await play(async (scene) => {
     assert.ok(Math.abs((finer - after) / (after - before) - 0.1) < 0.05, `${before} → ${after} → ${finer}`)
     const stribeck = await value('Stribeck velocity')
     const back = await drag(slider('Stribeck velocity'), 60, 0, ['Alt'])
-    assert.ok((await value('Stribeck velocity')) > stribeck)
+    await until('the Stribeck velocity follows', async () => (await value('Stribeck velocity')) > stribeck)
     await ann.keyboard.press('Escape')
     await back()
     await becomes('Stribeck velocity', stribeck)
@@ -90,6 +92,20 @@ await play(async (scene) => {
     await becomes('Breakaway torque', after)
     await ann.keyboard.press('Control+Shift+Z')
     await becomes('Breakaway torque', finer)
+  })
+  await scene.step('a friction of the library becomes the desired one, scaled to its breakaway torque; Undo restores it', async () => {
+    const before = await values()
+    await ann.getByRole('button', { name: 'Library' }).click()
+    await ann.getByText(/Identified on other machines, scaled to/).waitFor()
+    await ann.getByRole('button', { name: /^robot-joint-1/ }).waitFor()
+    await scene.snapshot(ann, 'design-library')
+    await ann.getByRole('button', { name: /^robot-joint-1/ }).click()
+    await ann.getByText(/Curve of robot-joint-1, torques × 0\.0\d+/).waitFor()
+    await becomes('Kinetic torque', (12.56 / 15.3) * before[0], 1e-3)
+    assert.ok(near(await value('Breakaway torque'), before[0]))
+    await becomes('Stribeck velocity', 0.009, 1e-3)
+    await ann.getByRole('main').getByRole('button', { name: 'Undo', exact: true }).click()
+    for (const [index, name] of NAMES.entries()) await becomes(name, before[index], 1e-4)
   })
   await scene.step('the keyboard moves a handle by 1 %, 0.1 %, 10 %; Enter types its number', async () => {
     const grip = slider('Kinetic torque')

@@ -6,7 +6,7 @@ use stickslip_core::supervise::Request;
 
 use super::axis::Job;
 use super::protocol::{Answer, Call};
-use super::{Live, LiveError, Shared, signals};
+use super::{Live, LiveError, Shared, frictions, signals};
 use stickslip_base::Error;
 use stickslip_bench::tuning::Tuning;
 
@@ -98,6 +98,7 @@ impl Live {
             Call::Record { name } => self.record(&name),
             Call::EndRecord {} => self.end_record(),
             Call::Curve { run } => Ok(Answer::Curve(Box::new(shared.measurements.curve(run)?))),
+            Call::Frictions { breakaway } => Ok(Answer::Frictions { frictions: frictions::all(breakaway)? }),
             Call::Curves {} => Ok(Answer::Curves { curves: shared.measurements.curves() }),
             Call::AtRest { what, run } => Ok(Answer::AtRest(Box::new(shared.measurements.at_rest(what, run)?))),
             Call::Rendered { run } => Ok(Answer::Rendered(Box::new(shared.measurements.rendered(run)?))),

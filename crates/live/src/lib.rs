@@ -29,6 +29,7 @@ mod controller;
 mod curve;
 mod error;
 mod form;
+mod frictions;
 mod health;
 mod implementation;
 mod links;

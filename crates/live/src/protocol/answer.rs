@@ -57,6 +57,11 @@ pub enum Answer {
         /// The newest first.
         curves: Vec<CurveName>,
     },
+    /// The friction library.
+    Frictions {
+        /// Frictions identified on physical machines.
+        frictions: Vec<LibraryFriction>,
+    },
     /// A measured rendered friction.
     Rendered(Box<RenderedFriction>),
     /// A measurement at rest.

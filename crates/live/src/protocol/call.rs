@@ -137,6 +137,12 @@ pub enum Call {
     },
     /// List the runs with a friction curve.
     Curves {},
+    /// List the frictions of the library.
+    Frictions {
+        /// Scales their torques to this breakaway torque [N m]; default: as identified.
+        #[serde(default)]
+        breakaway: Option<f64>,
+    },
     /// Read a measured rendered friction: key numbers and figures.
     Rendered {
         /// Number of its run; default: the running or last measurement.
@@ -358,6 +364,7 @@ impl Call {
                 | Call::Sets {}
                 | Call::Parameters {}
                 | Call::Differences {}
+                | Call::Frictions { .. }
                 | Call::Items {}
                 | Call::Preview { .. }
                 | Call::Machine {}

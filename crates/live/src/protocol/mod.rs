@@ -19,6 +19,7 @@ pub use super::controller::{
 };
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
+pub use super::frictions::LibraryFriction;
 pub use super::health::Loss;
 pub use super::implementation::{
     BlockSize, BuildError, BuildProgress, BuildStage, DiagramPage, Flow, FlowBlock, FlowGroup, FlowPage, FlowWire,

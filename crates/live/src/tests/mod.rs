@@ -208,6 +208,24 @@ fn invalid_calls_are_refused_and_change_nothing() {
 }
 
 #[test]
+fn the_library_lists_its_frictions_as_identified_and_scaled() {
+    let (live, _project) = live();
+    let list = |breakaway| match live.call("looks", Call::Frictions { breakaway }).unwrap() {
+        Answer::Frictions { frictions } => frictions,
+        other => panic!("{other:?}"),
+    };
+    let as_identified = list(None);
+    assert!(as_identified.len() >= 5 && as_identified.iter().all(|one| one.scale == 1.0 && !one.source.is_empty()));
+    for (one, scaled) in as_identified.iter().zip(list(Some(0.3))) {
+        assert!((scaled.desired[0] - 0.3).abs() < 1e-12, "{scaled:?}");
+        let ratio = |desired: &[f64; 4]| desired[1] / desired[0];
+        assert!((ratio(&one.desired) - ratio(&scaled.desired)).abs() < 1e-12);
+        assert_eq!(one.desired[2], scaled.desired[2], "a speed has no scale");
+    }
+    assert!(live.call("looks", Call::Frictions { breakaway: Some(-1.0) }).is_err());
+}
+
+#[test]
 fn the_program_ends_only_without_torque() {
     let (live, _project) = live();
     let refused = || live.call(ANN, Call::Close {}).unwrap_err().to_string();
