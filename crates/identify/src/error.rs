@@ -53,6 +53,25 @@ pub enum IdentifyError {
         /// Unit in the recording.
         header: String,
     },
+    /// Exchanged columns.
+    #[error(
+        "columns `{}` (command) and `{}` ({kind}) seem to be exchanged: as stated, inertia and friction miss {stated:.0} % of \
+         the drive force, and {exchanged:.1} % with the two exchanged. Exchange their names in the machine file.",
+        excerpt::excerpt(command),
+        excerpt::excerpt(name)
+    )]
+    Exchanged {
+        /// The column stated for the command.
+        command: String,
+        /// The other signal: position or reference.
+        kind: &'static str,
+        /// Its column.
+        name: String,
+        /// Error of the force as stated, RMS over RMS [%].
+        stated: f64,
+        /// Error of the force with both exchanged [%].
+        exchanged: f64,
+    },
     /// An implausible result.
     #[error("{what} is {value:.4e}. {remedy}")]
     Implausible {

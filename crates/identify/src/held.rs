@@ -14,7 +14,7 @@ pub(crate) fn choose(signals: Signals, machine: &Machine) -> Signals {
     let residual = |signals: &Signals| {
         let motion = Motion::of(signals, machine).ok()?;
         let balance = Balance::of(&motion, signals, machine).ok()?;
-        balance.search(balance.directions(0.0)).ok().map(|solved| solved.fit.relative_error)
+        balance.search(&balance.plain()).ok().map(|solved| solved.fit.relative_error)
     };
     let (Some(released), Some(recorded)) = (residual(&signals), residual(&as_recorded)) else { return signals };
     if recorded < released {

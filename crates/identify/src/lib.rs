@@ -29,6 +29,7 @@ pub mod cross_validation;
 mod curve;
 pub mod curve_file;
 mod error;
+mod exchanged;
 mod figures;
 mod files;
 mod held;
@@ -49,7 +50,7 @@ mod validate;
 
 pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
 pub use balance::Delay;
-pub use candidates::{Drift, Findings, LoadFriction, PeriodicForce, Resonance};
+pub use candidates::{Drift, Findings, LoadFriction, PeriodicForce, Resonance, Weight};
 pub use curve::{FrictionCurve, Plateau};
 pub use error::IdentifyError;
 pub use files::feedforward_csv;
@@ -140,7 +141,9 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
     let Balanced { symmetric, asymmetric, mut findings, solved } = balanced;
     findings.injected_in_command = contains_injected;
     let mass = asymmetric.fit.coefficients[0];
-    if mass.is_nan() || mass <= 0.0 {
+    let is_plausible = mass > 0.0;
+    exchanged::refuse(&signals, machine, is_plausible.then_some(asymmetric.fit.relative_error))?;
+    if !is_plausible {
         let remedy = "The command moves the axis the other way: reverse the sign of drive.gain, or check whether a \
                       column counts against the motion. A force that depends on the position, a spring or a weight on \
                       an arm, is not part of the model and has the same effect.";

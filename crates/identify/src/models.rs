@@ -159,8 +159,9 @@ type Fit = (Kind, AxisModel<f64>, Option<Refined>);
 
 /// The candidates of the balance of forces alone, each judged by the force of the half that its fit did not use.
 fn by_forces(balance: &Balance<'_>, solved: &Solved, offset: f64) -> Result<Vec<Candidate>, Error> {
-    let plain = |directions| Terms::of(directions, solved.delay, false);
-    let full = Terms { estimates_delay: false, ..solved.terms.clone() };
+    let timing = solved.terms.timing.fixed();
+    let plain = |directions| Terms::of(directions, timing);
+    let full = solved.terms.with(timing);
     let mut all = vec![plain(full.directions)];
     if full.directions == Directions::Each {
         all.insert(0, plain(Directions::Both));
@@ -169,15 +170,15 @@ fn by_forces(balance: &Balance<'_>, solved: &Solved, offset: f64) -> Result<Vec<
         all.push(full);
     }
     let whole = balance.whole();
-    let middle = balance.motion.samples() / 2;
-    let halves = [whole.start..middle, middle..whole.end];
+    let halves = balance.halves();
+    let forces = balance.forces(timing);
     let judge = |terms: &Terms| {
         let fitted = halves.each_ref().map(|half| balance.solve(terms, half));
         let [by_first, by_second] = fitted;
         let mut held_out = 0.0;
         for (fit, unseen) in [(by_first?, &halves[1]), (by_second?, &halves[0])] {
             let (rows, missed) = balance.misses(&fit, unseen);
-            let measured: Vec<f64> = rows.iter().map(|row| balance.force[*row]).collect();
+            let measured: Vec<f64> = rows.iter().map(|row| forces[*row]).collect();
             held_out += 0.5 * norm(&missed) / norm(&measured);
         }
         let kind = match (terms.directions, terms.load, terms.waves.is_empty()) {

@@ -89,7 +89,9 @@ pub fn report(
 fn findings(found: &Identification, summary: &Summary) -> Vec<ParameterLine> {
     let all = [
         ("delay of the position", "delay"),
+        ("lag of first order in it", "delay.lag"),
         ("friction by load, share of the force", "friction.load_share"),
+        ("torque of one period per turn", "weight.amplitude"),
         ("periodic force, period", "periodic.period"),
         ("periodic force, amplitude", "periodic.amplitude"),
         ("vibration of the residuals", "resonance.frequency"),

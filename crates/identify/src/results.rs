@@ -5,7 +5,7 @@ use std::path::Path;
 use super::files::feedforward_csv;
 use super::model_file::model_toml;
 use super::report::report;
-use super::{ASYMMETRIC, CLOSED_LOOP, Findings, Identification, PeriodicForce, SYMMETRIC};
+use super::{ASYMMETRIC, CLOSED_LOOP, Findings, Identification, PeriodicForce, SYMMETRIC, Weight};
 use crate::machine::{Axis, Machine};
 use stickslip_base::{Error, Summary, output};
 use stickslip_recording::Recording;
@@ -93,9 +93,15 @@ fn findings(found: &Identification, summary: &mut Summary) {
     if delay.is_determined {
         summary.with_interval("delay", delay.value, delay.ci95, "s");
         summary.result("delay.significant", f64::from(u8::from(delay.is_significant)), "1");
+        if let Some((lag, ci95)) = delay.lag {
+            summary.with_interval("delay.lag", lag, ci95, "s");
+        }
     }
     if let Some(load) = load {
         summary.with_interval("friction.load_share", load.share, load.ci95, "1");
+    }
+    if let Some(Weight { amplitude, ci95 }) = found.findings.weight {
+        summary.with_interval("weight.amplitude", amplitude, ci95, unit(found.axis, "offset"));
     }
     if let Some(PeriodicForce { period, amplitude }) = periodic {
         summary.with_interval("periodic.period", period.0, period.1, unit(found.axis, "position"));

@@ -1,6 +1,6 @@
 //! The delay of the position against the command: search, interval, and what it means.
 
-use super::{Balance, Directions, HELD, Solved, Terms};
+use super::{Balance, HELD, Solved, Terms, Timing};
 use nalgebra::{DMatrix, DVector};
 use stickslip_base::Error;
 use stickslip_base::quantity::{Estimate, tied};
@@ -10,6 +10,8 @@ use stickslip_fit::choose;
 const SEARCHED: [i32; 2] = [-20, 40];
 /// Half-width of an interval of the delay above which the motion does not determine it, in the unit of [`SEARCHED`].
 const UNDETERMINED: f64 = 10.0;
+/// Half-width above which no delay is stated, in the same unit.
+const CLEAR: f64 = 3.0;
 
 /// Delay of the recorded position against the recorded command, beyond the half sampling period for which a command is
 /// held on average. Lag of the drive, transport over a fieldbus and a shift between two logged channels act alike.
@@ -23,6 +25,9 @@ pub struct Delay {
     pub is_determined: bool,
     /// Whether it differs from 0: the interval excludes 0, and unseen parts of the recording are predicted better.
     pub is_significant: bool,
+    /// The part of it that is a lag of first order, where the motion tells it apart: time constant [s] and its 95 %
+    /// interval.
+    pub lag: Option<(f64, [f64; 2])>,
 }
 
 impl Delay {
@@ -36,8 +41,9 @@ impl Delay {
         if !self.is_determined {
             return Some(
                 "The delay between command and position: this motion does not determine it, and it was taken as half a \
-                 sampling period. An unknown delay changes viscous friction most. Strokes at several speeds with \
-                 stretches of constant speed between reversals determine it."
+                 sampling period. All intervals hold only for an axis without another delay and without friction that \
+                 grows with the force; an unknown delay changes viscous friction most. Faster changes of speed, and \
+                 strokes at several speeds with stretches of constant speed between reversals, determine it."
                     .into(),
             );
         }
@@ -45,17 +51,12 @@ impl Delay {
         let half_width = 0.5e3 * (self.ci95[1] - self.ci95[0]);
         let amount = tied(&milliseconds(self.value.abs()).with_half_width(half_width));
         let (late, early, cause) = match self.value > 0.0 {
-            true => (
-                "position",
-                "command",
-                "a lag of the drive, a transport delay and a shift between two recorded \
-                      columns act alike here, and this is their total",
-            ),
+            true => ("position", "command", self.cause()),
             false => (
                 "command",
                 "position",
-                "a command that was recorded late or held, or a position that was recorded \
-                       early, acts like this",
+                "a command that was recorded late or held, or a position that was recorded early, acts like this"
+                    .into(),
             ),
         };
         self.is_significant.then(|| {
@@ -67,41 +68,74 @@ impl Delay {
     }
 }
 
+impl Delay {
+    /// What makes a position late.
+    fn cause(&self) -> String {
+        let Some((lag, [low, high])) = self.lag else {
+            return "a lag of the drive, a transport delay and a shift between two recorded columns act alike here, and this is \
+                    their total"
+                .into();
+        };
+        let lag = tied(&Estimate::new(1e3 * lag, "ms").with_half_width(0.5e3 * (high - low)));
+        format!(
+            "it contains a lag of first order with a time constant of {lag}, as drives and filters have it; the rest is a \
+             transport delay or a shift between two recorded columns"
+        )
+    }
+}
+
 impl Balance<'_> {
-    /// Searches the delay; the balance of both directions at its solution, or, where the motion does not determine the
-    /// delay, without it.
+    /// Searches the delay of some terms; the balance at its solution, or, where the motion does not determine the delay,
+    /// without it.
     ///
     /// # Errors
     /// A motion that does not determine mass and friction.
-    pub(crate) fn search(&self, directions: Directions) -> Result<Solved, Error> {
+    pub(crate) fn search(&self, terms: &Terms) -> Result<Solved, Error> {
         let unit = (1e-3 / self.motion.period).round().max(1.0);
         let whole = self.whole();
         let [first, last] = SEARCHED;
-        let cost = |late: &i32| self.cost(directions, f64::from(*late) * unit + HELD);
+        let cost = |late: &i32| self.cost(&terms.with(Timing::held(f64::from(*late) * unit + HELD)));
         let costs: Vec<f64> = (first..=last).map(|late| cost(&late)).collect();
         let least = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
         let start = f64::from(first + least as i32) * unit + HELD;
-        let held = || self.solve(&Terms::of(directions, HELD, false), &whole);
-        let Ok(solved) = self.solve(&Terms::of(directions, start, true), &whole) else { return held() };
-        let [low, high] = solved.fit.ci95[solved.fit.ci95.len() - 1];
-        let inside = (f64::from(first) * unit..=f64::from(last) * unit).contains(&solved.delay);
-        if inside && 0.5 * (high - low) < UNDETERMINED * unit { Ok(solved) } else { held() }
+        let held = || self.solve(&terms.with(Timing::held(HELD)), &whole);
+        let solved = self.solve(&terms.with(Timing::from(start)), &whole);
+        let inside = |solved: &Solved| {
+            (f64::from(first) * unit..=f64::from(last) * unit).contains(&solved.terms.timing.delay)
+                && self.determines(solved)
+        };
+        solved.ok().filter(inside).map_or_else(held, Ok)
     }
 
-    /// The delay of a solved balance, and whether it predicts parts of the recording better that its fit did not use.
-    pub(crate) fn delay(&self, solved: &Solved) -> Delay {
+    /// Whether the interval of the delay is short enough for a result.
+    pub(super) fn determines(&self, solved: &Solved) -> bool {
+        let [low, high] = solved.fit.ci95[solved.terms.count()];
+        0.5 * (high - low) < UNDETERMINED * (1e-3 / self.motion.period).max(1.0)
+    }
+
+    /// The delay of a solved balance.
+    pub(crate) fn delay(&self, solved: &Solved, is_significant: bool) -> Delay {
         let period = self.motion.period;
         let seconds = |samples: f64| (samples - HELD) * period;
-        if !solved.terms.estimates_delay {
+        let timing = solved.terms.timing;
+        if timing.count() == 0 {
             let unknown = [f64::NEG_INFINITY, f64::INFINITY];
-            return Delay { value: 0.0, ci95: unknown, is_determined: false, is_significant: false };
+            return Delay { value: 0.0, ci95: unknown, is_determined: false, is_significant: false, lag: None };
         }
-        let [low, high] = solved.fit.ci95[solved.fit.ci95.len() - 1];
-        let ci95 = [low, high].map(seconds);
-        let excludes_zero = ci95[0] > 0.0 || ci95[1] < 0.0;
-        let without = Terms { delay: HELD, estimates_delay: false, ..solved.terms.clone() };
-        let is_significant = excludes_zero && self.gains(&[without, solved.terms.clone()]) == Some(1);
-        Delay { value: seconds(solved.delay), ci95, is_determined: true, is_significant }
+        let ci95 = solved.fit.ci95[solved.terms.count()].map(seconds);
+        let is_significant = is_significant && (ci95[0] > 0.0 || ci95[1] < 0.0);
+        let lag = if is_significant { self.lag(solved) } else { None };
+        Delay { value: seconds(timing.total()), ci95, is_determined: true, is_significant, lag }
+    }
+
+    /// Whether a solved balance has a delay: its interval excludes 0, and it predicts parts of the recording better that
+    /// its fit did not use.
+    pub(crate) fn is_late(&self, solved: &Solved) -> bool {
+        let Some([low, high]) = solved.fit.ci95.get(solved.terms.count()).copied() else { return false };
+        let excludes_zero = low > HELD || high < HELD;
+        let is_clear = 0.5 * (high - low) < CLEAR * (1e-3 / self.motion.period).max(1.0);
+        let without = solved.terms.with(Timing::held(HELD));
+        excludes_zero && is_clear && self.gains(&[without, solved.terms.clone()]) == Some(1)
     }
 
     /// The terms to use: those that predict unseen parts of the recording significantly better than simpler ones before
@@ -117,8 +151,7 @@ impl Balance<'_> {
     /// A half that does not determine the coefficients.
     pub(crate) fn folds(&self, terms: &Terms) -> Result<Vec<f64>, Error> {
         const BLOCKS: usize = 4;
-        let middle = self.motion.samples() / 2;
-        let halves = [self.recipe.skip..middle, middle..self.motion.samples()];
+        let halves = self.halves();
         let mut folds = Vec::new();
         for (seen, unseen) in [(0, 1), (1, 0)] {
             let solved = self.solve(terms, &halves[seen])?;
@@ -136,13 +169,13 @@ impl Balance<'_> {
     }
 
     /// Mean square of the balance with a fixed delay, by plain least squares.
-    fn cost(&self, directions: Directions, delay: f64) -> f64 {
-        let terms = Terms::of(directions, delay, false);
-        let rows = self.rows(&self.whole(), &terms);
+    fn cost(&self, terms: &Terms) -> f64 {
+        let rows = self.rows(&self.whole(), terms);
+        let delay = terms.timing.delay;
         let (count, force) = (terms.count(), &self.force);
         let mut columns = Vec::with_capacity(count * rows.len());
         for &row in &rows {
-            terms.columns(self.track.at(row as f64 + delay), force[row], &mut columns);
+            terms.columns(self.track.at(row as f64 + delay), force[row] + self.motion.offset, &mut columns);
         }
         let columns = DMatrix::from_column_slice(count, rows.len(), &columns);
         let measured = DVector::from_iterator(rows.len(), rows.iter().map(|row| force[*row]));

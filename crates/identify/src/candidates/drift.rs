@@ -46,10 +46,8 @@ impl Drift {
 
 /// Coefficients of mass and friction whose halves differ by more than chance.
 pub(super) fn drift(balance: &Balance<'_>, solved: &Solved) -> Vec<Drift> {
-    let middle = balance.motion.samples() / 2;
-    let whole = balance.whole();
-    let terms = crate::balance::Terms { delay: solved.delay, estimates_delay: false, ..solved.terms.clone() };
-    let halves = [whole.start..middle, middle..whole.end].map(|half| balance.solve(&terms, &half));
+    let terms = solved.terms.with(solved.terms.timing.fixed());
+    let halves = balance.halves().map(|half| balance.solve(&terms, &half));
     let [Ok(first), Ok(second)] = halves else { return Vec::new() };
     let place = |k: usize| match (solved.terms.directions, k) {
         (Directions::Only(-1), 1 | 2) => k + 2,

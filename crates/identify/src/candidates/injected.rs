@@ -1,6 +1,6 @@
 //! An injected signal that the recorded command already contains: both readings are tried, and the residual decides.
 
-use crate::balance::{Balance, HELD, Terms};
+use crate::balance::Balance;
 use crate::machine::{Machine, Signals};
 use crate::motion::Motion;
 use stickslip_base::Error;
@@ -16,9 +16,9 @@ pub(crate) fn contains_injected(signals: &Signals, machine: &Machine) -> Result<
     let folds = |signals: &Signals| -> Result<Option<f64>, Error> {
         let motion = Motion::of(signals, machine)?;
         let balance = Balance::of(&motion, signals, machine)?;
-        let terms = Terms::of(balance.directions(0.0), HELD, false);
-        let delay = balance.search(terms.directions).map_or(HELD, |solved| solved.delay);
-        let folds = balance.folds(&Terms { delay, ..terms }).ok();
+        let terms = balance.plain();
+        let timing = balance.search(&terms).map_or(terms.timing, |solved| solved.terms.timing.fixed());
+        let folds = balance.folds(&terms.with(timing)).ok();
         Ok(folds.map(|folds| folds.iter().sum::<f64>() / folds.len() as f64))
     };
     let stated = folds(signals)?;

@@ -1,6 +1,6 @@
 //! Friction that grows with the transmitted force: gears and screws lose a share of what they carry.
 
-use crate::balance::Solved;
+use crate::balance::{Balance, Solved, Terms};
 use stickslip_base::quantity::{Estimate, tied};
 
 /// A share below which no mechanism is named.
@@ -32,4 +32,11 @@ pub(super) fn found(solved: &Solved) -> Option<LoadFriction> {
     let index = solved.terms.body();
     let (share, ci95) = (*solved.fit.coefficients.get(index)?, *solved.fit.ci95.get(index)?);
     (solved.terms.load && ci95[0] > NEGLIGIBLE && share < 1.0).then_some(LoadFriction { share, ci95 })
+}
+
+/// Whether both halves of the recording state a clear share, by themselves, and the same.
+pub(super) fn is_in_both_halves(balance: &Balance<'_>, terms: &Terms) -> bool {
+    let halves = balance.halves().map(|half| balance.solve(terms, &half).ok().as_ref().and_then(found));
+    let [Some(first), Some(second)] = halves else { return false };
+    first.ci95[0] < second.ci95[1] && second.ci95[0] < first.ci95[1]
 }

@@ -7,14 +7,16 @@ mod injected;
 mod load;
 mod periodic;
 mod resonance;
+mod weight;
 
 pub use drift::Drift;
 pub(crate) use injected::{contains_injected, without_injected};
 pub use load::LoadFriction;
 pub use periodic::PeriodicForce;
 pub use resonance::Resonance;
+pub use weight::Weight;
 
-use super::balance::{Balance, Delay, Directions, HELD, Solved, Terms};
+use super::balance::{Balance, Delay, Directions, HELD, Solved, Terms, Timing};
 use super::rigid::{Asymmetric, Symmetric};
 use crate::machine::Axis;
 use stickslip_base::Error;
@@ -27,6 +29,8 @@ pub struct Findings {
     pub delay: Delay,
     /// Friction that grows with the transmitted force.
     pub load: Option<LoadFriction>,
+    /// A torque that follows the angle of a rotary axis.
+    pub weight: Option<Weight>,
     /// A periodic force over position.
     pub periodic: Option<PeriodicForce>,
     /// Coefficients that differ between the halves of the recording.
@@ -45,6 +49,7 @@ impl Findings {
         let mut all = Vec::new();
         all.extend(self.delay.sentence());
         all.extend(self.load.as_ref().map(LoadFriction::sentence));
+        all.extend(self.weight.as_ref().map(Weight::sentence));
         all.extend(self.periodic.as_ref().map(|it| it.sentence(axis)));
         all.extend(Drift::sentence(&self.drift, axis));
         all.extend(self.resonance.as_ref().map(Resonance::sentence));
@@ -81,17 +86,19 @@ pub(crate) struct Balanced {
 /// # Errors
 /// A motion that does not determine mass and friction.
 pub(crate) fn balance(balance: &Balance<'_>) -> Result<Balanced, Error> {
-    let directions = balance.directions(0.0);
-    let first = balance.search(directions)?;
-    // A long delay that predicts nothing better is a wrong minimum.
-    let is_wrong =
-        first.terms.estimates_delay && (first.delay - HELD).abs() > 1.0 && !balance.delay(&first).is_significant;
-    let first = if is_wrong { balance.solve(&Terms::of(directions, HELD, false), &balance.whole())? } else { first };
+    let first = timed(balance, &balance.plain())?;
+    let directions = first.terms.directions;
     let extra = extra(balance, &first);
     let whole = balance.whole();
-    let terms = Terms { delay: first.delay, estimates_delay: first.terms.estimates_delay, ..extra };
-    let solved = balance.solve(&terms, &whole).unwrap_or(first);
-    let delay = balance.delay(&solved);
+    let is_plain = !extra.load && extra.waves.is_empty();
+    let solved = match first.terms.timing.count() {
+        // A large force that the terms lack hides the delay.
+        0 if !is_plain => timed(balance, &extra).unwrap_or(first),
+        _ => balance.solve(&extra.with(first.terms.timing), &whole).unwrap_or(first),
+    };
+    let is_late = balance.is_late(&solved);
+    let solved = if is_late { balance.lagging(solved) } else { solved };
+    let delay = balance.delay(&solved, is_late);
     let drift = drift::drift(balance, &solved);
     let alike = Terms { directions: both(directions), ..solved.terms.clone() };
     let mut symmetric = body(&balance.solve(&alike, &whole)?, SYMMETRIC);
@@ -106,6 +113,7 @@ pub(crate) fn balance(balance: &Balance<'_>) -> Result<Balanced, Error> {
     let findings = Findings {
         delay,
         load: load::found(&solved),
+        weight: weight::found(&solved),
         periodic: periodic::found(balance, &solved),
         drift,
         only: if let Directions::Only(only) = directions { Some(only) } else { None },
@@ -120,9 +128,20 @@ pub(crate) fn balance(balance: &Balance<'_>) -> Result<Balanced, Error> {
     })
 }
 
+/// Some terms with their delay.
+///
+/// # Errors
+/// A motion that does not determine mass and friction.
+fn timed(balance: &Balance<'_>, terms: &Terms) -> Result<Solved, Error> {
+    let solved = balance.search(terms)?;
+    // A long delay that predicts nothing better is a wrong minimum.
+    let is_wrong = (solved.terms.timing.total() - HELD).abs() > 1.0 && !balance.is_late(&solved);
+    if is_wrong { balance.solve(&terms.with(Timing::held(HELD)), &balance.whole()) } else { Ok(solved) }
+}
+
 /// The terms with those extra forces that predict unseen parts of the recording significantly better.
 fn extra(balance: &Balance<'_>, first: &Solved) -> Terms {
-    let plain = Terms { estimates_delay: false, delay: first.delay, ..first.terms.clone() };
+    let plain = weight::with(balance, first.terms.with(first.terms.timing.fixed()));
     let load = Terms { load: true, ..plain.clone() };
     let mut all = vec![plain.clone()];
     if let Some(waves) = periodic::search(balance, &plain) {
@@ -133,7 +152,9 @@ fn extra(balance: &Balance<'_>, first: &Solved) -> Terms {
         all.push(Terms { waves, ..load });
     }
     let chosen = balance.gains(&all).unwrap_or(0);
-    let terms = all.swap_remove(chosen);
+    let mut terms = all.swap_remove(chosen);
+    // Where the controller feeds strong disturbances back, predictions of the force judge badly: both halves decide.
+    terms.load |= load::is_in_both_halves(balance, &Terms { load: true, ..terms.clone() });
     // A load share that may be 0 is not reported.
     let is_clear = |terms: &Terms| {
         balance.solve(terms, &balance.whole()).is_ok_and(|solved| !terms.load || load::found(&solved).is_some())

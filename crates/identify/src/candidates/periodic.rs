@@ -4,7 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::balance::{Balance, Solved, Terms, Wave};
+use crate::balance::{Balance, Solved, TURN, Terms, Wave};
 use crate::machine::Axis;
 use stickslip_base::quantity::{Estimate, tied};
 use stickslip_fit::fit_instrumented;
@@ -44,7 +44,7 @@ impl PeriodicForce {
 
 /// The waves of the highest peak in the residuals of some terms; none without a clear peak.
 pub(super) fn search(balance: &Balance<'_>, terms: &Terms) -> Option<Vec<Wave>> {
-    let (low_pass, order) = (balance.recipe.low_pass, balance.recipe.order);
+    let low_pass = balance.recipe.low_pass;
     let solved = balance.solve(terms, &balance.whole()).ok()?;
     let (positions, speeds) = places(balance, &solved);
     let [low, high] = positions.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], q| [l.min(*q), h.max(*q)]);
@@ -70,22 +70,24 @@ pub(super) fn search(balance: &Balance<'_>, terms: &Terms) -> Option<Vec<Wave>> 
     if power[peak] < 2.0 * libm::log(count as f64) * level {
         return None;
     }
-    let wave = |number| Wave { number, cutoff: TAU * low_pass, order: order as i32 };
+    let with = |numbers: &[f64]| {
+        let waves = numbers.iter().map(|number| balance.wave(*number));
+        Terms { waves: terms.waves.iter().copied().chain(waves).collect(), ..terms.clone() }
+    };
     let cost = |number: f64| {
-        let terms = Terms { waves: vec![wave(number)], ..terms.clone() };
+        let terms = with(&[number]);
         balance.solve(&terms, &balance.whole()).map_or(f64::INFINITY, |solved| solved.fit.relative_error)
     };
     let middle = first + peak as f64 * step;
     let best = golden(middle - step, middle + step, cost);
-    let single = Terms { waves: vec![wave(best)], ..terms.clone() };
-    let double = Terms { waves: vec![wave(best), wave(2.0 * best)], ..terms.clone() };
+    let (single, double) = (with(&[best]), with(&[best, 2.0 * best]));
     let chosen = balance.gains(&[terms.clone(), single.clone(), double.clone()])?;
     [None, Some(single.waves), Some(double.waves)].into_iter().nth(chosen)?
 }
 
 /// Positions and speeds of the rows of a solved balance.
 fn places(balance: &Balance<'_>, solved: &Solved) -> (Vec<f64>, Vec<f64>) {
-    let at = |row: &usize| balance.track.at(*row as f64 + solved.delay);
+    let at = |row: &usize| balance.track.at(*row as f64 + solved.terms.timing.delay);
     solved.rows.iter().map(at).map(|at| (at.position, at.velocity.abs())).unzip()
 }
 
@@ -125,20 +127,16 @@ fn golden(mut low: f64, mut high: f64, cost: impl Fn(f64) -> f64) -> f64 {
 
 /// Period and amplitude of the fundamental wave, with intervals.
 pub(super) fn found(balance: &Balance<'_>, solved: &Solved) -> Option<PeriodicForce> {
-    let wave = solved.terms.waves.first()?;
-    let index = solved.terms.body() + usize::from(solved.terms.load);
+    let place = solved.terms.waves.iter().position(|wave| wave.number != TURN)?;
+    let (wave, index) = (&solved.terms.waves[place], solved.terms.wave(place));
     let (fit, number) = (&solved.fit, wave.number);
-    let (sine, cosine) = (*fit.coefficients.get(index)?, *fit.coefficients.get(index + 1)?);
-    let amplitude = sine.hypot(cosine);
-    let critical = 0.5 * (fit.ci95[index][1] - fit.ci95[index][0]) / fit.standard_errors[index];
-    let mut weights = vec![0.0; fit.coefficients.len()];
-    (weights[index], weights[index + 1]) = (sine / amplitude, cosine / amplitude);
-    let half_width = critical * fit.variance(&weights).sqrt();
+    let (amplitude, ci95) = solved.amplitude(place)?;
+    let (sine, cosine) = (fit.coefficients[index], fit.coefficients[index + 1]);
     // The derivative by the spatial frequency, beside sine and cosine, gives the error of the period.
     let positions = places(balance, solved).0;
     let middle = positions.iter().sum::<f64>() / positions.len() as f64;
     let columns = solved.rows.iter().map(|row| {
-        let at = balance.track.at(*row as f64 + solved.delay);
+        let at = balance.track.at(*row as f64 + solved.terms.timing.delay);
         let [s, c] = wave.columns(at);
         [s, c, (at.position - middle) * (sine * c - cosine * s)]
     });
@@ -148,8 +146,5 @@ pub(super) fn found(balance: &Balance<'_>, solved: &Solved) -> Option<PeriodicFo
     let error = 0.5 * (slope.ci95[2][1] - slope.ci95[2][0]);
     let period = TAU / number;
     let spread = period * error / number;
-    Some(PeriodicForce {
-        period: (period, [period - spread, period + spread]),
-        amplitude: (amplitude, [amplitude - half_width, amplitude + half_width]),
-    })
+    Some(PeriodicForce { period: (period, [period - spread, period + spread]), amplitude: (amplitude, ci95) })
 }

@@ -41,7 +41,8 @@ pub(super) fn found(balance: &Balance<'_>, solved: &Solved) -> Option<Resonance>
     if length < 32 || 2.0 * low > high {
         return None;
     }
-    let missed = |i: usize| balance.force[i] - balance.predicted(solved, i);
+    let forces = balance.forces(solved.terms.timing);
+    let missed = |i: usize| forces[i] - balance.predicted(solved, i);
     let residual: Vec<f64> = (0..samples).map(|i| if balance.is_moving(i, solved) { missed(i) } else { 0.0 }).collect();
     let frequencies: Vec<f64> = (0..COUNT).map(|k| low + (high - low) * k as f64 / COUNT as f64).collect();
     let middle = samples / 2;

@@ -131,13 +131,17 @@ impl Axis {
         let (outer, inner) = (0.3 * bandwidth, bandwidth * self.inertia / self.gain);
         let steps = ((1e4 / plan.rate) as usize).clamp(4, 40);
         let dt = period / steps as f64;
-        let approach = if self.lag > 0.0 { 1.0 - libm::exp(-dt / self.lag) } else { 1.0 };
+        // Of the force behind the lag: its change over a step, and its mean over it.
+        let (change, mean) = match self.lag > 0.0 {
+            true => (1.0 - libm::exp(-dt / self.lag), 1.0 - self.lag / dt * (1.0 - libm::exp(-dt / self.lag))),
+            false => (1.0, 1.0),
+        };
         let memory = libm::exp(-period / self.disturbance[1]);
         let [share, frequency] = self.elastic.unwrap_or([0.0, 1.0]);
         let (motor, far) = (self.inertia * (1.0 - share), self.inertia * share);
         let stiffness = far * (TAU * frequency).powi(2);
         let damping = 0.04 * (stiffness * far).sqrt();
-        let (mut x, mut v, mut y, mut w, mut drive) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (mut x, mut v, mut y, mut w, mut behind) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let (mut random_force, mut before) = (0.0, [0.0; 2]);
         let mut record = Record::default();
         for (i, wanted) in reference.iter().enumerate() {
@@ -151,7 +155,9 @@ impl Axis {
                 memory * random_force + self.disturbance[0] * (1.0 - memory * memory).sqrt() * random.normal();
             let warm = 1.0 - self.warm_up * i as f64 / reference.len() as f64;
             for _ in 0..steps {
-                drive += approach * (self.gain * (command + pulse) - drive);
+                let missing = self.gain * (command + pulse) - behind;
+                let drive = behind + mean * missing;
+                behind += change * missing;
                 let spring = stiffness * (x - y) + damping * (v - w);
                 let ripple = self.ripple.map_or(0.0, |[amplitude, length]| amplitude * libm::sin(TAU * x / length));
                 let level = warm * self.coulomb + self.load * drive.abs();

@@ -7,6 +7,7 @@
 
 mod axis;
 
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +24,7 @@ const COUNT: u64 = 200;
 type Change = fn(&mut Axis, &mut Random);
 
 /// Kinds: name, and what it changes.
-const KINDS: [(&str, Change); 7] = [
+const KINDS: [(&str, Change); 12] = [
     ("plain", |_, _| {}),
     ("position late", |axis, random| axis.delay = random.between(1.0, 12.0) as usize),
     ("lag of the drive", |axis, random| axis.lag = random.decades(3e-4, 3e-3)),
@@ -39,6 +40,17 @@ const KINDS: [(&str, Change); 7] = [
         axis.delay = random.between(1.0, 12.0) as usize;
         axis.ripple = Some([axis.coulomb * random.between(0.2, 0.6), 1e-2 * random.between(1.0, 3.0)]);
     }),
+    ("lag, and friction by load", |axis, random| {
+        axis.lag = random.decades(3e-4, 3e-3);
+        axis.load = random.between(0.05, 0.25);
+    }),
+    ("lag, and a periodic force", |axis, random| {
+        axis.lag = random.decades(3e-4, 3e-3);
+        axis.ripple = Some([axis.coulomb * random.between(0.2, 0.6), 1e-2 * random.between(1.0, 3.0)]);
+    }),
+    ("friction falls by 10 to 40 %", |axis, random| axis.warm_up = random.between(0.1, 0.4)),
+    ("rotary", |_, _| {}),
+    ("rotary, with weight", |axis, random| axis.ripple = Some([axis.coulomb * random.between(0.2, 2.0), TAU])),
 ];
 
 fn main() -> Result<(), Error> {
@@ -57,8 +69,8 @@ fn main() -> Result<(), Error> {
     for (index, (name, change)) in KINDS.into_iter().enumerate() {
         let (mut hits, mut found, mut done, mut unknown) = ([0u64; 4], 0, 0, 0);
         for seed in 0..count {
-            let (axis, plan) = drawn(seed + 10_000 * index as u64, change);
-            let Ok(result) = identified(&axis, &plan) else { continue };
+            let (axis, plan) = drawn(seed + 10_000 * index as u64, name.starts_with("rotary"), change);
+            let Ok(result) = identified(&axis, &plan, name.starts_with("rotary")) else { continue };
             done += 1;
             // Without the delay the assumption is stated, and no interval holds for sure.
             if !result.findings.delay.is_determined {
@@ -84,9 +96,12 @@ fn main() -> Result<(), Error> {
 }
 
 /// An axis and its movement.
-fn drawn(seed: u64, change: Change) -> (Axis, Plan) {
+fn drawn(seed: u64, is_rotary: bool, change: Change) -> (Axis, Plan) {
     let mut random = Random(seed);
-    let (inertia, speed) = (random.decades(0.1, 1000.0), random.decades(0.1, 1.0));
+    let (inertia, speed) = match is_rotary {
+        true => (random.decades(1e-4, 10.0), random.decades(2.0, 50.0)),
+        false => (random.decades(0.1, 1000.0), random.decades(0.1, 1.0)),
+    };
     let rate = random.decades(250.0, 1e4).round();
     let acceleration = speed * random.between(5.0, 15.0);
     let coulomb = inertia * acceleration * random.between(0.05, 0.4);
@@ -113,14 +128,15 @@ fn drawn(seed: u64, change: Change) -> (Axis, Plan) {
     (axis, plan)
 }
 
-fn identified(axis: &Axis, plan: &Plan) -> Result<Identification, Error> {
+fn identified(axis: &Axis, plan: &Plan, is_rotary: bool) -> Result<Identification, Error> {
     let Record { position, reference, command, .. } = axis.record(plan);
     let columns = [("q", position), ("r", reference), ("u", command)];
     let recording = Recording::from_columns("axis.csv", columns.map(|(name, values)| Column::new(name, values)).into());
+    let (kind, length, force) = if is_rotary { ("rotary", "rad", "N m") } else { ("linear", "m", "N") };
     let text = format!(
-        "name = \"axis\"\naxis = \"linear\"\nsampling_period = {{ value = {}, unit = \"s\" }}\n[columns]\nposition = {{ name = \
-         \"q\", unit = \"m\" }}\nreference = {{ name = \"r\", unit = \"m\" }}\ncommand = {{ name = \"u\", unit = \"V\" }}\n\
-         [drive]\ngain = {{ value = {}, unit = \"N/V\" }}\n[recipe]\nlow_pass = {}\n",
+        "name = \"axis\"\naxis = \"{kind}\"\nsampling_period = {{ value = {}, unit = \"s\" }}\n[columns]\nposition = {{ name = \
+         \"q\", unit = \"{length}\" }}\nreference = {{ name = \"r\", unit = \"{length}\" }}\ncommand = {{ name = \"u\", unit = \"V\" }}\n\
+         [drive]\ngain = {{ value = {}, unit = \"{force}/V\" }}\n[recipe]\nlow_pass = {}\n",
         1.0 / plan.rate,
         axis.gain,
         (0.2 * plan.rate).min(100.0)
@@ -133,7 +149,10 @@ fn holds(found: &Identification, axis: &Axis) -> [bool; 4] {
     let within = |[low, high]: [f64; 2], truth: f64| low <= truth && truth <= high;
     let ci95 = &found.asymmetric.fit.ci95;
     let delay = axis.lag + axis.delay as f64 * found.signals.period;
-    let friction = [(0, axis.inertia), (1, axis.viscous), (2, axis.coulomb)].map(|(k, truth)| within(ci95[k], truth));
+    // Of friction that falls, its mean.
+    let share = 1.0 - 0.5 * axis.warm_up;
+    let truth = [(0, axis.inertia), (1, share * axis.viscous), (2, share * axis.coulomb)];
+    let friction = truth.map(|(k, truth)| within(ci95[k], truth));
     [friction[0], friction[1], friction[2], within(found.findings.delay.ci95, delay)]
 }
 
@@ -142,6 +161,6 @@ fn finds(found: &Identification, axis: &Axis) -> bool {
     let findings = &found.findings;
     let is_late = axis.delay > 0 || axis.lag > 0.0;
     findings.load.is_some() == (axis.load > 0.0)
-        && findings.periodic.is_some() == axis.ripple.is_some()
+        && (findings.periodic.is_some() || findings.weight.is_some()) == axis.ripple.is_some()
         && findings.delay.is_significant == is_late
 }

@@ -1,0 +1,160 @@
+//! Gauss-Newton iteration of the balance of forces, by instrumental variables.
+
+use std::ops::Range;
+
+use super::intervals::{enlarge, widen};
+use super::terms::Terms;
+use super::track::Track;
+use super::{Balance, Solved, lag};
+use crate::motion::norm;
+use stickslip_base::Error;
+use stickslip_fit::{LinearFit, fit_instrumented};
+
+/// Error of the delay beside its random one [samples], with instruments from the set-point, from the past and from the
+/// present motion: of the interpolation between samples, and of noise. Chosen by simulation, see `docs/studies/intervals.md`.
+const DELAY_FLOOR: [f64; 3] = [0.01, 0.05, 0.2];
+/// Error of the delay by the approximation of the waves, in units of its random one. Chosen by simulation, see
+/// `docs/studies/intervals.md`.
+const WAVES: f64 = 1.7;
+/// Step of the numerical derivative by the delay [samples].
+const STEP: f64 = 0.25;
+
+impl Balance<'_> {
+    /// Solves the balance over a range of samples.
+    ///
+    /// # Errors
+    /// Too few rows, or a motion that does not determine the coefficients.
+    pub(crate) fn solve(&self, terms: &Terms, range: &Range<usize>) -> Result<Solved, Error> {
+        let solved = self.iterate(terms, range, false);
+        // The slope by the delay is a change of acceleration: where the past does not show it, the present one is taken, at
+        // the price of a small bias by noise.
+        if !self.is_past || terms.timing.count() == 0 || solved.as_ref().is_ok_and(|solved| self.determines(solved)) {
+            return solved;
+        }
+        let present = self.iterate(terms, range, true).ok().filter(|solved| self.determines(solved));
+        present.map_or(solved, Ok)
+    }
+
+    /// The iteration of [`solve`](Self::solve); `present`: the delay has the present motion for its instrument.
+    fn iterate(&self, terms: &Terms, range: &Range<usize>, present: bool) -> Result<Solved, Error> {
+        const ITERATIONS: usize = 25;
+        let mut terms = terms.clone();
+        let count = terms.count();
+        let mut coefficients: Option<Vec<f64>> = None;
+        let mut solved = None;
+        let (mut damping, mut swing) = (1.0, 0.0);
+        // Other rows for each small change of the delay would keep the iteration from settling.
+        let (mut chosen_at, mut rows) = (terms.timing.delay, self.rows(range, &terms));
+        for _ in 0..ITERATIONS {
+            if (terms.timing.delay - chosen_at).abs() > 2.0 {
+                (chosen_at, rows) = (terms.timing.delay, self.rows(range, &terms));
+            }
+            let fit = self.step(&terms, &rows, coefficients.as_deref(), present)?;
+            let is_first = coefficients.replace(fit.coefficients[..count].to_vec()).is_none();
+            let change =
+                |k: usize| if is_first { 0.0 } else { fit.coefficients.get(count + k).copied().unwrap_or(0.0) };
+            let settled =
+                !is_first && change(0).abs() < 1e-4 && change(1).abs() < 1e-4 * (1.0 + terms.timing.lag.powi(2));
+            // Far from the solution the derivative is good for some samples only, and steps that swing are too long.
+            if change(0) * swing < -0.25 * swing * swing {
+                damping *= 0.5;
+            }
+            swing = change(0);
+            let step = |k: usize| damping * change(k).clamp(-5.0, 5.0);
+            terms.timing.advance(step(0), step(1));
+            solved = Some(fit);
+            if settled {
+                break;
+            }
+        }
+        let mut fit = solved.expect("there is an iteration");
+        enlarge(&mut fit);
+        let values = [terms.timing.total(), 0.5 * terms.timing.lag.powi(2)];
+        for (k, value) in values.into_iter().enumerate().take(terms.timing.count()) {
+            let change = fit.coefficients[count + k];
+            if change.is_nan() || change.abs() > 1.0 {
+                return Err(stickslip_fit::FitError::Dependent { smallest: 0.0 }.into());
+            }
+            // The last columns are changes.
+            let to_value = value - fit.coefficients[count + k];
+            fit.coefficients[count + k] += to_value;
+            fit.ci95[count + k].iter_mut().for_each(|bound| *bound += to_value);
+        }
+        if terms.timing.count() > 0 {
+            let [caused, past, now] = DELAY_FLOOR;
+            let floor = if present {
+                now
+            } else if self.is_past {
+                past
+            } else {
+                caused
+            };
+            // A wave passes the low-pass as stated at a constant speed only.
+            let own = 0.5 * (fit.ci95[count][1] - fit.ci95[count][0]);
+            widen(&mut fit, count, if terms.waves.is_empty() { floor } else { floor.hypot(WAVES * own) });
+        }
+        Ok(Solved { fit, rows, terms })
+    }
+
+    /// One step of Gauss-Newton; without coefficients of the step before, delay and lag are held.
+    fn step(&self, terms: &Terms, rows: &[usize], before: Option<&[f64]>, present: bool) -> Result<LinearFit, Error> {
+        let count = terms.count();
+        let extra = if before.is_some() { terms.timing.count() } else { 0 };
+        let (mut columns, mut instruments) =
+            (vec![Vec::with_capacity(rows.len()); count + extra], vec![Vec::new(); count + extra]);
+        let mut measured = Vec::with_capacity(rows.len());
+        let forces = self.forces(terms.timing);
+        let lags = before.filter(|_| extra > 1).map(|before| self.lag_slopes(terms, &forces, before));
+        let (mut now, mut ahead, mut behind) = (Vec::new(), Vec::new(), Vec::new());
+        for &row in rows {
+            let force = forces[row];
+            let at = row as f64 + terms.timing.delay;
+            let mut fill = |track: &Track, force: f64, into: &mut [Vec<f64>]| {
+                [&mut now, &mut ahead, &mut behind].into_iter().for_each(Vec::clear);
+                let force = force + self.motion.offset;
+                terms.columns(track.at(at), force, &mut now);
+                into.iter_mut().zip(&now).for_each(|(column, value)| column.push(*value));
+                if let Some(before) = before.filter(|_| extra > 0) {
+                    terms.columns(track.at(at + STEP), force, &mut ahead);
+                    terms.columns(track.at(at - STEP), force, &mut behind);
+                    let slope = (0..count).map(|k| before[k] * (ahead[k] - behind[k])).sum::<f64>() / (2.0 * STEP);
+                    into[count].push(slope);
+                }
+            };
+            fill(&self.track, force, &mut columns);
+            if let Some(caused) = &self.caused {
+                fill(caused, before.map_or(force, |before| self.required(terms, before, row)), &mut instruments);
+                if present && extra > 0 {
+                    instruments[count].pop();
+                    instruments[count].extend(columns[count].last());
+                }
+            }
+            if let Some([slopes, caused]) = &lags {
+                columns[count + 1].push(slopes[row]);
+                instruments[count + 1].push(if present { slopes[row] } else { caused[row] });
+            }
+            measured.push(force);
+        }
+        let instruments = if self.caused.is_some() { &instruments } else { &columns };
+        let Some(inertia) = self.motion.inertia else { return fit_instrumented(&columns, instruments, &measured) };
+        let rest: Vec<f64> = measured.iter().zip(&columns[0]).map(|(f, a)| f - inertia * a).collect();
+        let mut fit = fit_instrumented(&columns[1..], &instruments[1..], &rest)?;
+        fit.with_known_first(inertia);
+        fit.relative_error *= norm(&rest) / norm(&measured);
+        Ok(fit)
+    }
+
+    /// The force that the caused motion requires at a sample: the recorded one contains the disturbances.
+    fn required(&self, terms: &Terms, coefficients: &[f64], sample: usize) -> f64 {
+        let Some(caused) = &self.caused else { return self.force[sample] };
+        let mut body = Vec::new();
+        terms.columns(caused.at(sample as f64 + terms.timing.delay), 0.0, &mut body);
+        coefficients[..terms.body()].iter().zip(&body).map(|(b, c)| b * c).sum()
+    }
+
+    /// Derivatives of the balance by half of the square of the lag: of the recorded motion, and of the caused one.
+    fn lag_slopes(&self, terms: &Terms, forces: &[f64], before: &[f64]) -> [Vec<f64>; 2] {
+        let caused: Vec<f64> = (0..forces.len()).map(|i| self.required(terms, before, i)).collect();
+        [lag::slope(forces, terms.timing.lag), lag::slope(&caused, terms.timing.lag)]
+    }
+}
