@@ -244,6 +244,19 @@ fn a_command_that_contains_the_injected_signal_is_recognised_and_the_mass_is_rig
 }
 
 #[test]
+fn force_pulses_at_a_constant_set_point_give_a_mass_whose_interval_holds_or_state_the_missing_delay() {
+    let still = Plan { stroke: 1e-9, speed: 1e-9, pulses: 12.0, ..PLAN };
+    for truth in [TRUTH, Truth { lag: 5e-4, ..TRUTH }, Truth { delay: 1, ..TRUTH }, Truth { delay: 4, ..TRUTH }] {
+        let mut record = truth.record(&still);
+        record.reference.fill(0.0);
+        let found = identify(&recording(record), &machine(true), &Watch::silent()).unwrap();
+        let ([low, high], is_stated) = (found.asymmetric.fit.ci95[0], says(&found, "motion does not determine it"));
+        let is_short = truth.delay <= 1;
+        assert!((low..high).contains(&90.0) || is_stated && !is_short, "{low} {high} {:?}", found.findings);
+    }
+}
+
+#[test]
 fn more_gain_is_more_mass_with_the_same_delay_and_a_mirrored_axis_swaps_the_directions() {
     let truth = Truth { delay: 3, ripple: Some([8.0, 0.016]), offset: 4.0, ..TRUTH };
     let record = truth.record(&PLAN);

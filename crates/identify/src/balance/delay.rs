@@ -41,9 +41,9 @@ impl Delay {
         if !self.is_determined {
             return Some(
                 "The delay between command and position: this motion does not determine it, and it was taken as half a \
-                 sampling period. All intervals hold only for an axis without another delay and without friction that \
-                 grows with the force; an unknown delay changes viscous friction most. Faster changes of speed, and \
-                 strokes at several speeds with stretches of constant speed between reversals, determine it."
+                 sampling period. All intervals include one more or less, and hold only for an axis without a longer delay \
+                 and without friction that grows with the force. Strokes at several speeds, with quick changes of speed and \
+                 stretches of constant speed between them, determine it."
                     .into(),
             );
         }

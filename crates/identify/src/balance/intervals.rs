@@ -35,3 +35,17 @@ pub(super) fn widen(fit: &mut LinearFit, index: usize, half_width: f64) {
         fit.ci95[i] = [fit.coefficients[i] - wide, fit.coefficients[i] + wide];
     }
 }
+
+/// Adds a systematic error to one coefficient.
+pub(crate) fn add(fit: &mut LinearFit, index: usize, error: f64) {
+    let half_width = 0.5 * (fit.ci95[index][1] - fit.ci95[index][0]);
+    let factor = 1.0 + error / half_width;
+    // A known coefficient is exact.
+    if !(half_width > 0.0 && factor.is_finite()) {
+        return;
+    }
+    fit.ci95[index] = [fit.ci95[index][0] - error, fit.ci95[index][1] + error];
+    fit.standard_errors[index] *= factor;
+    fit.covariance[index].iter_mut().for_each(|value| *value *= factor);
+    fit.covariance.iter_mut().for_each(|row| row[index] *= factor);
+}

@@ -5,10 +5,10 @@
 //! ```
 //!
 //! The delay τ enters by the derivative of the right side (Gauss-Newton), so that its uncertainty is part of the
-//! covariance of all others. Only rows on which the axis moves count. Where the set-point was recorded, its motion
-//! provides instruments (Janot, Vandanjon, Gautier 2014): noise of the position, and disturbances that the controller
-//! feeds back, then do not bias the result. Without a set-point the motion shortly before does, which is free of the
-//! present noise.
+//! covariance of all others. Only rows on which the axis moves count. Where the set-point or an injected force was
+//! recorded, the motion that they cause provides instruments (Janot, Vandanjon, Gautier 2014): noise of the position, and
+//! disturbances that the controller feeds back, then do not bias the result. Otherwise the motion shortly before does,
+//! which is free of the present noise.
 
 mod delay;
 mod intervals;
@@ -22,6 +22,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 pub use delay::Delay;
+pub(crate) use intervals::add;
 pub(crate) use terms::{Directions, TURN, Terms, Timing, Wave};
 pub(crate) use track::Track;
 
@@ -89,10 +90,9 @@ impl<'a> Balance<'a> {
             motion.period,
         );
         let force = track::held(&motion.smooth_force);
-        let caused = match &signals.reference {
-            Some(reference) => track.caused(reference, &low_pass, motion.period)?,
-            None => None,
-        };
+        let known: Vec<&[f64]> =
+            [&signals.reference, &signals.injected].into_iter().flatten().map(Vec::as_slice).collect();
+        let caused = track.caused(&known, &low_pass, motion.period)?;
         let is_past = caused.is_none();
         let caused = caused.or_else(|| track.past(recipe.low_pass, motion.period));
         let moving = moving::moving(&track, &signals.position, recipe.low_pass, motion.period);

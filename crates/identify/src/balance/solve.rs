@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::intervals::{enlarge, widen};
-use super::terms::Terms;
+use super::intervals::{add, enlarge, widen};
+use super::terms::{Estimates, Terms, Timing};
 use super::track::Track;
 use super::{Balance, Solved, lag};
 use crate::motion::norm;
@@ -33,6 +33,22 @@ impl Balance<'_> {
         }
         let present = self.iterate(terms, range, true).ok().filter(|solved| self.determines(solved));
         present.map_or(solved, Ok)
+    }
+
+    /// A solved balance; where the motion does not determine the delay, with intervals that include one sampling period
+    /// more or less.
+    pub(crate) fn for_any_sample(&self, solved: &Solved) -> Solved {
+        let mut wide = solved.clone();
+        let Timing { delay, estimates: Estimates::Nothing, .. } = solved.terms.timing else { return wide };
+        for other in [delay - 1.0, delay + 1.0] {
+            let Ok(shifted) = self.solve(&solved.terms.with(Timing::held(other)), &self.whole()) else { continue };
+            for (k, value) in shifted.fit.coefficients.iter().enumerate() {
+                // By half of the change on both sides of the interval for each of the two.
+                let change = 0.5 * (value - solved.fit.coefficients[k]).abs();
+                add(&mut wide.fit, k, change);
+            }
+        }
+        wide
     }
 
     /// The iteration of [`solve`](Self::solve); `present`: the delay has the present motion for its instrument.

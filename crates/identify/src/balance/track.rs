@@ -39,24 +39,31 @@ impl Track {
         }
     }
 
-    /// The motion that a set-point causes: the best sum of the delayed set-point, for instruments. Noise of the sensor and
-    /// disturbances of the force are not in it. None where the set-point explains less than nine tenths of the motion.
+    /// The motion that known signals cause, the set-point and the injected force: the best sum of the delayed signals, for
+    /// instruments. Noise of the sensor and disturbances of the force are not in it. None where the signals explain less
+    /// than nine tenths of the motion.
     ///
     /// # Errors
     /// As [`LowPass::both_ways`].
-    pub(crate) fn caused(&self, reference: &[f64], low_pass: &LowPass, period: f64) -> Result<Option<Self>, Error> {
-        /// Delays of the set-point in the sum.
+    pub(crate) fn caused(&self, known: &[&[f64]], low_pass: &LowPass, period: f64) -> Result<Option<Self>, Error> {
+        /// Delays of each signal in the sum.
         const TAPS: usize = 26;
         /// Time between two of them [s].
         const SPACING: f64 = 4e-3;
+        if known.is_empty() {
+            return Ok(None);
+        }
         let samples = self.position.len();
         let spacing = ((SPACING / period).round() as usize).max(1);
-        let smooth = low_pass.both_ways(reference)?;
-        let rate = central_difference(&smooth, period);
-        let delayed =
-            |values: &[f64], i: usize, tap: usize| values[(i + spacing).saturating_sub(tap * spacing).min(samples - 1)];
+        let smooth: Vec<Vec<f64>> = known.iter().map(|signal| low_pass.both_ways(signal)).collect::<Result<_, _>>()?;
+        let rates: Vec<Vec<f64>> = smooth.iter().map(|signal| central_difference(signal, period)).collect();
+        let (smooth, rates) = (scaled(smooth, &rates), scaled(rates.clone(), &rates));
+        // Tap t of signal k is column k·TAPS + t.
+        let delayed = |signals: &[Vec<f64>], i: usize, column: usize| {
+            signals[column / TAPS][(i + spacing).saturating_sub(column % TAPS * spacing).min(samples - 1)]
+        };
         let rows: Vec<usize> = (0..samples).step_by((samples / 5000).max(1)).collect();
-        let columns = DMatrix::from_fn(rows.len(), TAPS, |i, tap| delayed(&rate, rows[i], tap));
+        let columns = DMatrix::from_fn(rows.len(), TAPS * rates.len(), |i, column| delayed(&rates, rows[i], column));
         let moved = DVector::from_iterator(rows.len(), rows.iter().map(|i| self.velocity[*i]));
         let normal = columns.tr_mul(&columns);
         let decomposed = normal.svd(true, true);
@@ -66,7 +73,7 @@ impl Track {
         if missed.norm_squared().is_nan() || missed.norm_squared() > 0.1 * moved.norm_squared() {
             return Ok(None);
         }
-        let sum = |i: usize| (0..TAPS).map(|tap| weights[tap] * delayed(&smooth, i, tap)).sum::<f64>();
+        let sum = |i: usize| (0..weights.len()).map(|k| weights[k] * delayed(&smooth, i, k)).sum::<f64>();
         let mut position: Vec<f64> = (0..samples).map(sum).collect();
         let level = self.position.iter().zip(&position).map(|(q, p)| q - p).sum::<f64>() / samples as f64;
         position.iter_mut().for_each(|p| *p += level);
@@ -91,6 +98,15 @@ impl Track {
             acceleration: before,
         })
     }
+}
+
+/// Signals divided by the RMS of their rates, so that a set-point in m and a force in N weigh alike.
+fn scaled(mut signals: Vec<Vec<f64>>, rates: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    for (signal, rate) in signals.iter_mut().zip(rates) {
+        let size = (rate.iter().map(|value| value * value).sum::<f64>() / rate.len() as f64).sqrt();
+        signal.iter_mut().for_each(|value| *value /= if size > 0.0 { size } else { 1.0 });
+    }
+    signals
 }
 
 /// Slopes from the four nearest samples. A difference of two is too small by (ω·T)²/6, for a movement of 5 Hz sampled at

@@ -16,7 +16,7 @@ pub use periodic::PeriodicForce;
 pub use resonance::Resonance;
 pub use weight::Weight;
 
-use super::balance::{Balance, Delay, Directions, HELD, Solved, Terms, Timing};
+use super::balance::{Balance, Delay, Directions, HELD, Solved, Terms, Timing, add};
 use super::rigid::{Asymmetric, Symmetric};
 use crate::machine::Axis;
 use stickslip_base::Error;
@@ -100,9 +100,9 @@ pub(crate) fn balance(balance: &Balance<'_>) -> Result<Balanced, Error> {
     let solved = if is_late { balance.lagging(solved) } else { solved };
     let delay = balance.delay(&solved, is_late);
     let drift = drift::drift(balance, &solved);
-    let alike = Terms { directions: both(directions), ..solved.terms.clone() };
-    let mut symmetric = body(&balance.solve(&alike, &whole)?, SYMMETRIC);
-    let mut asymmetric = body(&solved, ASYMMETRIC);
+    let alike = balance.solve(&Terms { directions: both(directions), ..solved.terms.clone() }, &whole)?;
+    let mut symmetric = body(&balance.for_any_sample(&alike), SYMMETRIC);
+    let mut asymmetric = body(&balance.for_any_sample(&solved), ASYMMETRIC);
     for Drift { index, halves, .. } in &drift {
         let ci95 = &mut asymmetric.ci95[*index];
         *ci95 = [ci95[0].min(halves[0][0]).min(halves[1][0]), ci95[1].max(halves[0][1]).max(halves[1][1])];
@@ -188,16 +188,8 @@ fn body(solved: &Solved, count: usize) -> LinearFit {
     let pick = |values: &[f64]| places.iter().map(|i| values.get(*i).copied().unwrap_or(f64::NAN)).collect();
     let mut fit = solved.fit.clone();
     for i in 0..fit.coefficients.len() {
-        let half_width = 0.5 * (fit.ci95[i][1] - fit.ci95[i][0]);
-        let wider = 1.0 + NUMERICAL * fit.coefficients[i].abs() / half_width;
-        // A known inertia is exact.
-        if !(half_width > 0.0 && wider.is_finite()) {
-            continue;
-        }
-        fit.ci95[i] = [-1.0, 1.0].map(|sign| fit.coefficients[i] + sign * wider * half_width);
-        fit.standard_errors[i] *= wider;
-        fit.covariance[i].iter_mut().for_each(|value| *value *= wider);
-        fit.covariance.iter_mut().for_each(|row| row[i] *= wider);
+        let error = NUMERICAL * fit.coefficients[i].abs();
+        add(&mut fit, i, error);
     }
     LinearFit {
         coefficients: pick(&fit.coefficients),
