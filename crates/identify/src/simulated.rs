@@ -86,14 +86,14 @@ fn says(found: &Identification, words: &str) -> bool {
 fn a_plain_axis_has_its_mass_and_friction_and_nothing_else_is_found() {
     let found = found(&TRUTH, &PLAN);
     assert_true(&found, &TRUTH);
-    let Findings { delay, load, weight, periodic, drift, only, resonance, injected_in_command } = &found.findings;
+    let Findings { delay, load, weight, periodic, drift, only, resonance, .. } = &found.findings;
     assert!(!delay.is_significant && delay.value.abs() < 1e-4, "{delay:?}");
     assert!(
         load.is_none() && weight.is_none() && periodic.is_none() && drift.is_empty() && only.is_none(),
         "{:?}",
         found.findings
     );
-    assert!(resonance.is_none() && !injected_in_command && found.findings.sentences(found.axis).is_empty());
+    assert!(resonance.is_none() && found.findings.sentences(found.axis).is_empty());
 }
 
 #[test]
@@ -183,6 +183,21 @@ fn friction_that_falls_over_the_recording_is_reported_and_its_interval_holds_bot
         );
     }
     assert!(says(&found, "halves of the recording differ"));
+}
+
+#[test]
+fn without_a_set_point_the_intervals_are_doubled_and_it_is_stated() {
+    let mut record = recording(TRUTH.record(&PLAN)).columns().to_vec();
+    let with = found(&TRUTH, &PLAN);
+    record.retain(|column| column.name != "r");
+    let text = "name = \"axis\"\naxis = \"linear\"\nsampling_period = { value = 1, unit = \"ms\" }\n[columns]\nposition = { name = \
+                \"q\", unit = \"m\" }\ncommand = { name = \"u\", unit = \"V\" }\n[drive]\ngain = { value = 36, unit = \"N/V\" }\n";
+    let machine = Machine::parse(Path::new("axis.toml"), text).unwrap();
+    let without = identify(&Recording::from_columns("axis.csv", record), &machine, &Watch::silent()).unwrap();
+    assert!(says(&without, "No recorded set-point") && !says(&with, "No recorded set-point"));
+    assert_true(&without, &TRUTH);
+    let width = |found: &Identification| found.asymmetric.fit.ci95[0][1] - found.asymmetric.fit.ci95[0][0];
+    assert!(width(&without) > 1.5 * width(&with), "{} {}", width(&without), width(&with));
 }
 
 #[test]

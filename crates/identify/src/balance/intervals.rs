@@ -2,15 +2,12 @@
 
 use stickslip_fit::LinearFit;
 
-/// Factor of all intervals: residuals are not stationary, and instruments are not perfect. Chosen by simulation, see
-/// `docs/studies/intervals.md`.
-const ENLARGED: f64 = 1.15;
 /// Enlarges all intervals by the factor that simulated axes require.
-pub(super) fn enlarge(fit: &mut LinearFit) {
-    fit.covariance.iter_mut().flatten().for_each(|value| *value *= ENLARGED * ENLARGED);
-    fit.standard_errors.iter_mut().for_each(|error| *error *= ENLARGED);
+pub(super) fn enlarge(fit: &mut LinearFit, factor: f64) {
+    fit.covariance.iter_mut().flatten().for_each(|value| *value *= factor * factor);
+    fit.standard_errors.iter_mut().for_each(|error| *error *= factor);
     for (ci95, value) in fit.ci95.iter_mut().zip(&fit.coefficients) {
-        *ci95 = ci95.map(|bound| value + ENLARGED * (bound - value));
+        *ci95 = ci95.map(|bound| value + factor * (bound - value));
     }
 }
 

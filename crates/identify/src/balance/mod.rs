@@ -45,7 +45,7 @@ pub(crate) struct Balance<'a> {
     /// The motion of the instruments.
     caused: Option<Track>,
     /// Whether it is the motion shortly before.
-    is_past: bool,
+    pub(crate) is_past: bool,
     moving: Vec<bool>,
     /// Samples from one row to the next: two rows for a period of the low-pass's cut-off.
     stride: usize,

@@ -12,7 +12,10 @@ use stickslip_fit::{LinearFit, fit_instrumented};
 
 /// Error of the delay beside its random one [samples], with instruments from the set-point, from the past and from the
 /// present motion: of the interpolation between samples, and of noise. Chosen by simulation, see `docs/studies/intervals.md`.
-const DELAY_FLOOR: [f64; 3] = [0.01, 0.05, 0.2];
+const DELAY_FLOOR: [f64; 3] = [0.01, 0.05, 0.5];
+/// Factor of all intervals, with instruments from known signals and from the past: residuals are not stationary, and
+/// instruments are not perfect. Chosen by simulation, see `docs/studies/intervals.md`.
+const ENLARGED: [f64; 2] = [1.15, 2.3];
 /// Error of the delay by the approximation of the waves, in units of its random one. Chosen by simulation, see
 /// `docs/studies/intervals.md`.
 const WAVES: f64 = 1.7;
@@ -25,14 +28,15 @@ impl Balance<'_> {
     /// # Errors
     /// Too few rows, or a motion that does not determine the coefficients.
     pub(crate) fn solve(&self, terms: &Terms, range: &Range<usize>) -> Result<Solved, Error> {
-        let solved = self.iterate(terms, range, false);
-        // The slope by the delay is a change of acceleration: where the past does not show it, the present one is taken, at
-        // the price of a small bias by noise.
-        if !self.is_past || terms.timing.count() == 0 || solved.as_ref().is_ok_and(|solved| self.determines(solved)) {
-            return solved;
+        // The slope by the delay is a change of acceleration, which the past hardly shows: the present one is taken, at the
+        // price of a small bias by noise.
+        if self.is_past && terms.timing.count() > 0 {
+            let present = self.iterate(terms, range, true).ok().filter(|solved| self.determines(solved));
+            if let Some(present) = present {
+                return Ok(present);
+            }
         }
-        let present = self.iterate(terms, range, true).ok().filter(|solved| self.determines(solved));
-        present.map_or(solved, Ok)
+        self.iterate(terms, range, false)
     }
 
     /// A solved balance; where the motion does not determine the delay, with intervals that include one sampling period
@@ -84,7 +88,7 @@ impl Balance<'_> {
             }
         }
         let mut fit = solved.expect("there is an iteration");
-        enlarge(&mut fit);
+        enlarge(&mut fit, ENLARGED[usize::from(self.is_past)]);
         let values = [terms.timing.total(), 0.5 * terms.timing.lag.powi(2)];
         for (k, value) in values.into_iter().enumerate().take(terms.timing.count()) {
             let change = fit.coefficients[count + k];

@@ -39,6 +39,8 @@ pub struct Findings {
     pub only: Option<i8>,
     /// A mode of vibration in the residuals.
     pub resonance: Option<Resonance>,
+    /// Whether neither a set-point nor an injected force explains the motion.
+    pub no_known_cause: bool,
     /// Whether the recorded command already contained the injected signal.
     pub injected_in_command: bool,
 }
@@ -60,6 +62,14 @@ impl Findings {
                  is left out. model.toml uses the friction against {moved} velocity for both. A constant force is part \
                  of the Coulomb friction. Record motion in both directions."
             ));
+        }
+        if self.no_known_cause {
+            all.push(
+                "No recorded set-point and no injected force explains the motion: disturbances that the controller feeds \
+                 back bias mass and friction, and the delay most. The intervals were doubled for it. Record the set-point, \
+                 and name it in [columns]."
+                    .into(),
+            );
         }
         if self.injected_in_command {
             all.push(
@@ -118,6 +128,7 @@ pub(crate) fn balance(balance: &Balance<'_>) -> Result<Balanced, Error> {
         drift,
         only: if let Directions::Only(only) = directions { Some(only) } else { None },
         resonance: resonance::found(balance, &solved),
+        no_known_cause: balance.is_past,
         injected_in_command: false,
     };
     Ok(Balanced {

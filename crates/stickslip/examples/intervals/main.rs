@@ -24,7 +24,7 @@ const COUNT: u64 = 200;
 type Change = fn(&mut Axis, &mut Random);
 
 /// Kinds: name, and what it changes.
-const KINDS: [(&str, Change); 12] = [
+const KINDS: [(&str, Change); 13] = [
     ("plain", |_, _| {}),
     ("position late", |axis, random| axis.delay = random.between(1.0, 12.0) as usize),
     ("lag of the drive", |axis, random| axis.lag = random.decades(3e-4, 3e-3)),
@@ -51,6 +51,7 @@ const KINDS: [(&str, Change); 12] = [
     ("friction falls by 10 to 40 %", |axis, random| axis.warm_up = random.between(0.1, 0.4)),
     ("rotary", |_, _| {}),
     ("rotary, with weight", |axis, random| axis.ripple = Some([axis.coulomb * random.between(0.2, 2.0), TAU])),
+    ("no set-point recorded", |_, _| {}),
 ];
 
 fn main() -> Result<(), Error> {
@@ -70,7 +71,7 @@ fn main() -> Result<(), Error> {
         let (mut hits, mut found, mut done, mut unknown) = ([0u64; 4], 0, 0, 0);
         for seed in 0..count {
             let (axis, plan) = drawn(seed + 10_000 * index as u64, name.starts_with("rotary"), change);
-            let Ok(result) = identified(&axis, &plan, name.starts_with("rotary")) else { continue };
+            let Ok(result) = identified(&axis, &plan, name) else { continue };
             done += 1;
             // Without the delay the assumption is stated, and no interval holds for sure.
             if !result.findings.delay.is_determined {
@@ -128,14 +129,19 @@ fn drawn(seed: u64, is_rotary: bool, change: Change) -> (Axis, Plan) {
     (axis, plan)
 }
 
-fn identified(axis: &Axis, plan: &Plan, is_rotary: bool) -> Result<Identification, Error> {
+fn identified(axis: &Axis, plan: &Plan, kind: &str) -> Result<Identification, Error> {
     let Record { position, reference, command, .. } = axis.record(plan);
     let columns = [("q", position), ("r", reference), ("u", command)];
     let recording = Recording::from_columns("axis.csv", columns.map(|(name, values)| Column::new(name, values)).into());
-    let (kind, length, force) = if is_rotary { ("rotary", "rad", "N m") } else { ("linear", "m", "N") };
+    let (axis_kind, length, force) =
+        if kind.starts_with("rotary") { ("rotary", "rad", "N m") } else { ("linear", "m", "N") };
+    let reference = match kind.starts_with("no set-point") {
+        true => String::new(),
+        false => format!("reference = {{ name = \"r\", unit = \"{length}\" }}\n"),
+    };
     let text = format!(
-        "name = \"axis\"\naxis = \"{kind}\"\nsampling_period = {{ value = {}, unit = \"s\" }}\n[columns]\nposition = {{ name = \
-         \"q\", unit = \"{length}\" }}\nreference = {{ name = \"r\", unit = \"{length}\" }}\ncommand = {{ name = \"u\", unit = \"V\" }}\n\
+        "name = \"axis\"\naxis = \"{axis_kind}\"\nsampling_period = {{ value = {}, unit = \"s\" }}\n[columns]\nposition = {{ name = \
+         \"q\", unit = \"{length}\" }}\n{reference}command = {{ name = \"u\", unit = \"V\" }}\n\
          [drive]\ngain = {{ value = {}, unit = \"{force}/V\" }}\n[recipe]\nlow_pass = {}\n",
         1.0 / plan.rate,
         axis.gain,
