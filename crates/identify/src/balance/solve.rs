@@ -10,9 +10,12 @@ use crate::motion::norm;
 use stickslip_base::Error;
 use stickslip_fit::{LinearFit, fit_instrumented};
 
-/// Error of the delay beside its random one [samples], with instruments from the set-point, from the past and from the
-/// present motion: of the interpolation between samples, and of noise. Chosen by simulation, see `docs/studies/intervals.md`.
-const DELAY_FLOOR: [f64; 3] = [0.01, 0.05, 0.5];
+/// Error of the delay beside its random one [samples], with instruments from known signals and from the past: of the
+/// interpolation between samples, and of noise. Chosen by simulation, see `docs/studies/intervals.md`.
+const DELAY_FLOOR: [f64; 2] = [0.01, 0.5];
+/// Error of the delay [samples] by disturbances that the controller feeds back, without instruments from known signals.
+/// Chosen by simulation as well.
+const FED_BACK: f64 = 1.5;
 /// Factor of all intervals, with instruments from known signals and from the past: residuals are not stationary, and
 /// instruments are not perfect. Chosen by simulation, see `docs/studies/intervals.md`.
 const ENLARGED: [f64; 2] = [1.15, 2.3];
@@ -101,17 +104,13 @@ impl Balance<'_> {
             fit.ci95[count + k].iter_mut().for_each(|bound| *bound += to_value);
         }
         if terms.timing.count() > 0 {
-            let [caused, past, now] = DELAY_FLOOR;
-            let floor = if present {
-                now
-            } else if self.is_past {
-                past
-            } else {
-                caused
-            };
             // A wave passes the low-pass as stated at a constant speed only.
             let own = 0.5 * (fit.ci95[count][1] - fit.ci95[count][0]);
+            let floor = DELAY_FLOOR[usize::from(self.is_past)];
             widen(&mut fit, count, if terms.waves.is_empty() { floor } else { floor.hypot(WAVES * own) });
+            if self.is_past {
+                add(&mut fit, count, FED_BACK);
+            }
         }
         Ok(Solved { fit, rows, terms })
     }
