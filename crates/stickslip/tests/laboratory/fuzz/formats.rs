@@ -27,11 +27,13 @@ pub(super) struct Format {
 }
 
 /// All formats.
-pub(super) const FORMATS: [Format; 14] = [
+pub(super) const FORMATS: [Format; 16] = [
     Format { name: "csv", extension: "csv", seeds: tables, read: recording },
+    Format { name: "logger", extension: "csv", seeds: loggers, read: recording },
     Format { name: "mat", extension: "mat", seeds: mat, read: recording },
     Format { name: "parquet", extension: "parquet", seeds: parquet, read: recording },
     Format { name: "mdf", extension: "mf4", seeds: mdf, read: run },
+    Format { name: "groups", extension: "mf4", seeds: rasters, read: recording },
     Format { name: "curve", extension: "csv", seeds: curves, read: curve },
     Format { name: "machine", extension: "toml", seeds: machines, read: machine },
     Format { name: "model", extension: "toml", seeds: models, read: model },
@@ -74,6 +76,42 @@ fn tables(_: &Path) -> Vec<Vec<u8>> {
     ]
 }
 
+/// Exports of TwinCAT Scope, ControlDesk, the Simulation Data Inspector and halscope, a table of topics with stamps of their
+/// own, and one with separators of thousands.
+fn loggers(_: &Path) -> Vec<Vec<u8>> {
+    let table = |head: &str, row: &dyn Fn(u32) -> String| {
+        (head.to_owned() + &(0..40).map(|i| row(i) + "\n").collect::<String>()).into_bytes()
+    };
+    vec![
+        table(
+            "Name\tYT Scope\t\nStarttime of export\t133546915600040000\tTuesday\n\nName\tActPos\tName\tCmd\n\
+             SampleTime[ms]\t1\tSampleTime[ms]\t2\nUnit\tmm (Length)\tUnit\t(None)\n\n",
+            &|i| format!("{i}\t0,{i:03}\t{}\t{i},5", 2 * i),
+        ),
+        table("Name;Scope\n\nName;ActPos\nUnit;mm\n\n", &|i| {
+            format!("{};{i},5", 133_546_915_600_040_001_u64 + 10_000 * u64::from(i))
+        }),
+        table("version,3\npath,,\"Model Root/Axis/pos\",cmd\nunit,s,mm,V\ntrace_values,0,0,5\n", &|i| {
+            format!(",0.{i:03},{i}.5,{i}")
+        }),
+        table("time,pos,time,cmd\n,Type: double,,Type: single\n,Unit: mm,,Unit: V\n", &|i| {
+            format!("{:.3},{i}.5,{:.3},{i}.25", f64::from(i) * 1e-3, f64::from(i) * 4e-3)
+        }),
+        table("Sampling period is 1000000 ns\n\n", &|i| format!("a +{i}.5 b -{i}.0 ")),
+        table(",t,pos [mm],cmd [V]\n", &|i| format!("{},{i}.0,{i}.5,\n{},{i}.3,,{i}.25", 2 * i, 2 * i + 1)),
+        table("t (s),pos (um)\n", &|i| format!("0.{i:03},\"{},345\"", 100 + i)),
+    ]
+}
+
+/// A file of other programs.
+fn foreign(name: &str) -> Vec<u8> {
+    file(&format!("tests/reference/recording/{name}"))
+}
+
+fn rasters(_: &Path) -> Vec<Vec<u8>> {
+    vec![foreign("rasters.mf4")]
+}
+
 fn mdf(folder: &Path) -> Vec<Vec<u8>> {
     let path = folder.join("seed-run.mf4");
     let header = Header {
@@ -97,7 +135,8 @@ fn mat(folder: &Path) -> Vec<Vec<u8>> {
     let (run, to) = (folder.join("of.mf4"), folder.join("seed-of.mat"));
     std::fs::write(&run, mdf(folder).remove(0)).unwrap();
     export(&run, &to, &Part::default(), &Watch::silent()).unwrap();
-    vec![std::fs::read(to).unwrap()]
+    let of_others = ["simulink.mat", "to_file.mat", "controldesk.mat", "longer.mat"].map(foreign);
+    [vec![std::fs::read(to).unwrap()], of_others.into()].concat()
 }
 
 fn parquet(folder: &Path) -> Vec<Vec<u8>> {
@@ -108,7 +147,7 @@ fn parquet(folder: &Path) -> Vec<Vec<u8>> {
         values: rows().map(|row| row[index]).collect(),
     };
     write_parquet(&path, &[column("time", "s", 0), column("position", "rad", 1), column("torque", "N m", 2)]).unwrap();
-    vec![std::fs::read(path).unwrap()]
+    vec![std::fs::read(path).unwrap(), foreign("types.parquet"), foreign("int96.parquet")]
 }
 
 fn recording(path: &Path, _: &[u8]) -> Result<(), String> {

@@ -75,7 +75,7 @@ fn try_all(names: &[&str], numbers: std::ops::Range<u64>) {
 
 #[test]
 fn mutated_recordings_are_read_or_refused() {
-    try_all(&["csv", "mat", "parquet", "mdf"], 0..SHORT);
+    try_all(&["csv", "logger", "mat", "parquet", "mdf", "groups"], 0..SHORT);
 }
 
 #[test]
@@ -97,9 +97,11 @@ fn mutated_messages_are_read_or_refused() {
 fn every_format_is_tried() {
     let tried = [
         "csv",
+        "logger",
         "mat",
         "parquet",
         "mdf",
+        "groups",
         "curve",
         "machine",
         "model",
