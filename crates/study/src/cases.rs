@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Work;
 use super::table::Row;
-use crate::benchmark::run_abreast;
+use crate::benchmark::run_in_lanes;
 use stickslip_base::isolated::isolated;
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
@@ -118,7 +118,7 @@ impl Work {
         for manoeuvre in &plan.manoeuvres {
             let mut partial = vec![Partial::default(); machines.len()];
             for (_, seed, chance) in plan.runs().filter(|(other, ..)| other == manoeuvre) {
-                let courses = run_abreast(&machines, *manoeuvre, seed, chance, watch)?;
+                let courses = run_in_lanes(&machines, *manoeuvre, seed, chance, watch)?;
                 for (place, course) in courses.into_iter().enumerate() {
                     let partial = &mut partial[place];
                     partial.runs += 1;

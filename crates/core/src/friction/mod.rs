@@ -14,9 +14,9 @@
 //! changes while the bristles are bent does work on them, in proportion to their stored energy. The time at rest
 //! multiplies the holding torque of any model but not its stiffness, because it changes while the bristles are bent.
 
-pub(crate) mod abreast;
 mod bristle;
 mod bristles;
+pub(crate) mod contact_vector;
 pub(crate) mod contacts;
 mod dependence;
 mod element;

@@ -10,7 +10,7 @@ use super::{MachineInput, MachineState, Motion, Plant};
 use crate::Fields;
 use crate::block::Block;
 use crate::drive::{INPUTS, STATES, advance, half_flow};
-use crate::friction::abreast::{Abreast, Inputs};
+use crate::friction::contact_vector::{ContactVector, Inputs};
 use crate::friction::contacts::{Sliding, correct, predict};
 use crate::scalar::Scalar;
 use crate::sensor::Pickups;
@@ -154,17 +154,17 @@ impl<T: Scalar> Machine<T> {
 
     /// The contacts of the machine side by side, if they can be.
     #[inline(always)]
-    pub(super) fn abreast(&self) -> Option<Abreast<T>> {
+    pub(super) fn contact_vector(&self) -> Option<ContactVector<T>> {
         let wheel = &self.plant.wheel.friction;
         let contacts = [&self.plant.motor_friction, &self.plant.screw_friction, wheel, wheel];
-        if T::HAS_VECTORS { Abreast::of(contacts) } else { None }
+        if T::HAS_VECTORS { ContactVector::of(contacts) } else { None }
     }
 
     /// A [`step`](Block::step) with the contacts side by side: the same bits.
     #[inline(always)]
-    pub(super) fn step_abreast(
+    pub(super) fn step_in_vector(
         &self,
-        contacts: &Abreast<T>,
+        contacts: &ContactVector<T>,
         state: &mut MachineState<T>,
         input: MachineInput<T>,
         dt: T,

@@ -166,10 +166,10 @@ impl<T: Scalar> VirtualMachine<T> {
         let noise = plant.accelerometer.noise_density * self.parts.noise_bandwidth_root * input.noise.acceleration;
         let mut voltages = Default::default();
         let mut motion = Motion::default();
-        let abreast = self.parts.abreast();
+        let vector = self.parts.contact_vector();
         for _ in 0..steps {
-            motion = match &abreast {
-                Some(contacts) => self.parts.step_abreast(contacts, &mut state.machine, drive, dt),
+            motion = match &vector {
+                Some(contacts) => self.parts.step_in_vector(contacts, &mut state.machine, drive, dt),
                 None => self.parts.run(&mut state.machine, drive, dt),
             };
             let seen = crate::sensor::PickupsInput {
@@ -212,6 +212,6 @@ fn square_root<T: Scalar>(x: T) -> T {
 }
 
 #[cfg(test)]
-mod abreast_tests;
+mod contact_vector_tests;
 #[cfg(test)]
 mod tests;

@@ -52,7 +52,7 @@ pub(crate) fn run_with(
 ///
 /// # Errors
 /// [`Error::Cancelled`] alone.
-pub fn run_abreast(
+pub fn run_in_lanes(
     presets: &[&Preset<f64>],
     manoeuvre: Manoeuvre,
     seed: u64,
@@ -239,7 +239,7 @@ mod tests {
         let presets = spread("prototype");
         let machines: Vec<_> = presets.iter().collect();
         for (manoeuvre, chance) in [(Manoeuvre::FastSine, 0.5), (Manoeuvre::Strokes, 0.3)] {
-            let together = run_abreast(&machines, manoeuvre, 2, chance, &Watch::silent()).unwrap();
+            let together = run_in_lanes(&machines, manoeuvre, 2, chance, &Watch::silent()).unwrap();
             for (index, (together, preset)) in together.into_iter().zip(&presets).enumerate() {
                 let alone = run(preset, manoeuvre, 2, chance, &Watch::silent());
                 assert_eq!(format!("{together:?}"), format!("{alone:?}"), "machine {index}");

@@ -9,14 +9,14 @@ use super::{DampingVelocity, Decay, ElastoPlastic, Fading, Friction, LuGre, Mode
 use crate::scalar::Scalar;
 
 /// Number of contacts: one vector of usual processors.
-pub(crate) const ABREAST: usize = 4;
+pub(crate) const CONTACTS: usize = 4;
 
 /// One number for each contact.
-pub(crate) type Each<T> = [T; ABREAST];
+pub(crate) type Each<T> = [T; CONTACTS];
 
 /// Parameters of the contacts.
 #[derive(Clone, Copy)]
-pub(crate) struct Abreast<T> {
+pub(crate) struct ContactVector<T> {
     breakaway: Each<T>,
     kinetic: Each<T>,
     stribeck_velocity: Each<T>,
@@ -43,17 +43,17 @@ pub(crate) struct Inputs<T> {
     pub(crate) factor: Each<T>,
 }
 
-impl<T: Scalar> Abreast<T> {
+impl<T: Scalar> ContactVector<T> {
     /// The contacts, if all of them are elasto-plastic, decay exponentially, fade in one form, and depend neither on the
     /// time at rest nor on the temperature.
     #[inline(always)]
-    pub(crate) fn of(contacts: [&Friction<T>; ABREAST]) -> Option<Self> {
+    pub(crate) fn of(contacts: [&Friction<T>; CONTACTS]) -> Option<Self> {
         let models = [plastic(contacts[0])?, plastic(contacts[1])?, plastic(contacts[2])?, plastic(contacts[3])?];
         let gaussian = models.map(|model| matches!(model.lugre.fading, Fading::Gaussian(_)));
-        if gaussian != [gaussian[0]; ABREAST] {
+        if gaussian != [gaussian[0]; CONTACTS] {
             return None;
         }
-        Some(Abreast {
+        Some(ContactVector {
             breakaway: models.map(|model| model.lugre.sliding.breakaway_torque),
             kinetic: models.map(|model| model.lugre.sliding.kinetic_torque),
             stribeck_velocity: models.map(|model| model.lugre.sliding.stribeck_velocity),
@@ -100,7 +100,7 @@ impl<T: Scalar> Abreast<T> {
         dt: T,
     ) -> (Each<T>, Each<T>) {
         let (mut ends, mut torques) = (inputs.deflection, inputs.deflection);
-        for i in 0..ABREAST {
+        for i in 0..CONTACTS {
             let (start, velocity) = (inputs.deflection[i], inputs.velocity[i]);
             let bend = Bend { deflection: start, probe: probe[i], velocity, dt };
             let (end, torque) = relax::<T, PREDICTS>(&self.model::<GAUSSIAN>(i), bend, &Condition::reference());

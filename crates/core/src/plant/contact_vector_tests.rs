@@ -63,7 +63,7 @@ fn compared(name: &str, plant: &Plant<f64>) -> bool {
         fastest = fastest.max(apart.velocity.abs());
     }
     assert!(fastest > 3.0, "{name} slides: {fastest}");
-    machine.parts.abreast().is_some()
+    machine.parts.contact_vector().is_some()
 }
 
 #[test]
