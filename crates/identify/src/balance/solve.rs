@@ -19,6 +19,9 @@ const FED_BACK: f64 = 1.5;
 /// Factor of all intervals, with instruments from known signals and from the past: residuals are not stationary, and
 /// instruments are not perfect. Chosen by simulation, see `docs/studies/intervals.md`.
 const ENLARGED: [f64; 2] = [1.15, 2.3];
+/// Further factor with friction by load: the drive force is both a column and the measured value. Chosen by simulation as
+/// well.
+const LOAD: f64 = 1.25;
 /// Error of the delay by the approximation of the waves, in units of its random one. Chosen by simulation, see
 /// `docs/studies/intervals.md`.
 const WAVES: f64 = 1.7;
@@ -91,7 +94,7 @@ impl Balance<'_> {
             }
         }
         let mut fit = solved.expect("there is an iteration");
-        enlarge(&mut fit, ENLARGED[usize::from(self.is_past)]);
+        enlarge(&mut fit, ENLARGED[usize::from(self.is_past)] * if terms.load { LOAD } else { 1.0 });
         let values = [terms.timing.total(), 0.5 * terms.timing.lag.powi(2)];
         for (k, value) in values.into_iter().enumerate().take(terms.timing.count()) {
             let change = fit.coefficients[count + k];
