@@ -60,11 +60,12 @@ fn main() -> Result<(), Error> {
     let count = arguments.next().and_then(|count| count.parse().ok()).unwrap_or(COUNT);
     output::create_folder(&folder)?;
     let mut text = String::from(
-        "# Coverage of intervals from a recording\n\nAxes drawn at random: 0.1 to 1000 kg, 250 Hz to 10 kHz, grid and noise \
-         of the encoder, a random force of 0.5 to 10 % of the Coulomb friction, strokes with trapezoidal speed under a \
-         cascade controller whose gains are unknown to the identification. Axes on which the report states that \
-         the motion does not determine the delay are counted apart. Of the others: share of 95 % intervals that contain the \
-         truth, and share on which the delay or the extra force was found, and no other. Made by `cargo xtask study intervals`.\n\n\
+        "# Coverage of intervals from a recording\n\nAxes drawn at random: 0.1 to 1000 kg, or 1e-4 to 10 kg·m², 250 Hz to \
+         10 kHz, grid and noise of the encoder, a random force of 0.5 to 10 % of the Coulomb friction, strokes with \
+         trapezoidal speed under a cascade controller whose gains are unknown to the identification. Axes on which the \
+         report states that the motion does not determine the delay are counted apart. Of the others: share of 95 % \
+         intervals that contain the truth, and share on which the delay or the extra force was found, and no other. Made \
+         by `cargo xtask study intervals`.\n\n\
          | kind | axes | refused | delay not determined | mass | viscous | Coulomb | delay | found |\n|-|-|-|-|-|-|-|-|-|\n",
     );
     for (index, (name, change)) in KINDS.into_iter().enumerate() {
