@@ -30,10 +30,10 @@ pub(super) struct Format {
 pub(super) const FORMATS: [Format; 16] = [
     Format { name: "csv", extension: "csv", seeds: tables, read: recording },
     Format { name: "logger", extension: "csv", seeds: loggers, read: recording },
-    Format { name: "mat", extension: "mat", seeds: mat, read: recording },
+    Format { name: "mat", extension: "mat", seeds: mat, read: groups },
     Format { name: "parquet", extension: "parquet", seeds: parquet, read: recording },
     Format { name: "mdf", extension: "mf4", seeds: mdf, read: run },
-    Format { name: "groups", extension: "mf4", seeds: rasters, read: recording },
+    Format { name: "groups", extension: "mf4", seeds: rasters, read: groups },
     Format { name: "curve", extension: "csv", seeds: curves, read: curve },
     Format { name: "machine", extension: "toml", seeds: machines, read: machine },
     Format { name: "model", extension: "toml", seeds: models, read: model },
@@ -156,6 +156,17 @@ fn recording(path: &Path, _: &[u8]) -> Result<(), String> {
     assert!(read.column("no such column").unwrap_err().to_string().len() <= super::MESSAGE);
     for column in read.columns() {
         message(read.column(&column.name))?;
+    }
+    Ok(())
+}
+
+/// A recording of several groups: a column that lacks values on the rows of another group is refused by itself.
+fn groups(path: &Path, _: &[u8]) -> Result<(), String> {
+    let read = Recording::read(path).map_err(|error| error.to_string())?;
+    for column in read.columns() {
+        if let Err(error) = read.column(&column.name) {
+            assert!(error.to_string().len() <= super::MESSAGE, "{}", error.to_string().len());
+        }
     }
     Ok(())
 }
