@@ -118,10 +118,10 @@ fn a_late_position_and_a_lag_of_the_drive_are_found_with_their_total() {
 }
 
 #[test]
-fn a_lag_of_the_drive_is_told_apart_from_a_delay_where_the_motion_shows_it() {
+fn a_lag_of_the_drive_is_distinguished_from_a_delay_where_the_motion_shows_it() {
     let quick = Plan { acceleration: 6.0, ..PLAN };
     let lagging = found(&Truth { lag: 6e-3, delay: 2, disturbance: [0.1, 0.02], ..TRUTH }, &quick);
-    let (lag, [low, high]) = lagging.findings.delay.lag.expect("the lag is told apart");
+    let (lag, [low, high]) = lagging.findings.delay.lag.expect("the lag is distinguished");
     assert!((lag - 6e-3).abs() < 3e-4 && low < 6e-3 && 6e-3 < high && high - low < 1e-3, "{lag} {low} {high}");
     assert!((lagging.findings.delay.value - 8e-3).abs() < 1e-4, "{:?}", lagging.findings.delay);
     assert!(says(&lagging, "lag of first order") && (lagging.asymmetric.fit.coefficients[0] - 90.0).abs() < 0.2);

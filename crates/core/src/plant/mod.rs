@@ -212,6 +212,7 @@ fn square_root<T: Scalar>(x: T) -> T {
 }
 
 #[cfg(test)]
+#[path = "tests/contact_vector.rs"]
 mod contact_vector_tests;
 #[cfg(test)]
 mod tests;

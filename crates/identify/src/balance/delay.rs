@@ -25,7 +25,7 @@ pub struct Delay {
     pub is_determined: bool,
     /// Whether it differs from 0: the interval excludes 0, and unseen parts of the recording are predicted better.
     pub is_significant: bool,
-    /// The part of it that is a lag of first order, where the motion tells it apart: time constant [s] and its 95 %
+    /// The part of it that is a lag of first order, where the motion distinguishes it: time constant [s] and its 95 %
     /// interval.
     pub lag: Option<(f64, [f64; 2])>,
 }
