@@ -14,7 +14,7 @@ impl Live {
     /// Answers a call of a client.
     ///
     /// # Errors
-    /// [`LiveError::Operated`](crate::LiveError::Operated) if another client operates; [`LiveError::Busy`](crate::LiveError::Busy)
+    /// [`LiveError::Operated`] if another client operates; [`LiveError::Busy`]
     /// if the running activity excludes the call; [`Error::Refused`] by supervision; errors of the call itself.
     pub fn call(&self, client: &str, call: Call) -> Result<Answer, Error> {
         self.shared.operation.admit(client, call.changes())?;
