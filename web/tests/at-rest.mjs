@@ -1,15 +1,11 @@
 // Breakaway and presliding from plan to download, the recommended preload, lost and missed cycles, points by keyboard.
 
 import assert from 'node:assert/strict'
-import { play } from './harness.mjs'
+import { caller, play } from './harness.mjs'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body })
-      return response.json()
-    }, JSON.stringify(body))
+  const call = caller(ann)
   const ended = async () => {
     for (;;) {
       const { doing, last } = await call({ call: 'status' })

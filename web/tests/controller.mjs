@@ -4,7 +4,7 @@ import assert from 'node:assert/strict'
 import { execFileSync } from 'node:child_process'
 import { readFileSync } from 'node:fs'
 import { join } from 'node:path'
-import { play } from './harness.mjs'
+import { caller, play } from './harness.mjs'
 
 const program = process.env.STICKSLIP ?? join(import.meta.dirname, '../../target/debug/stickslip')
 const SLOW = ['bench.tick_rate=1000', 'bench.safety.missed_ticks=500']
@@ -16,11 +16,7 @@ await play(async (scene) => {
   const main = ann.getByRole('main')
   const region = (name) => main.getByRole('region', { name, exact: true })
   const field = (name) => region('Gains').getByRole('textbox', { name })
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body })
-      return response.json()
-    }, JSON.stringify(body))
+  const call = caller(ann)
   const value = async (path) => (await call({ call: 'items' })).items.find((item) => item.path === path)
   const settled = () => main.getByText('on the identified model', { exact: true }).waitFor()
   const checked = () => region('Robustness').locator('.notice').waitFor()

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict'
 import { readFileSync } from 'node:fs'
-import { play } from './harness.mjs'
+import { caller, play } from './harness.mjs'
 
 const NAMES = ['Breakaway torque', 'Kinetic torque', 'Stribeck velocity', 'Viscous friction']
 
@@ -15,11 +15,7 @@ await play(async (scene) => {
   const verdict = ann.getByRole('region', { name: 'Renderability' })
   const margin = ann.getByRole('region', { name: 'Stability margin' })
   const points = ann.getByRole('slider', { name: /^Reference point/ })
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body })
-      return response.json()
-    }, JSON.stringify(body))
+  const call = caller(ann)
   const middle = async (locator) => {
     const { x, y, width, height } = await locator.boundingBox()
     return [x + width / 2, y + height / 2]

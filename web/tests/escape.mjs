@@ -1,16 +1,12 @@
 // Esc closes one menu, popup or dialog, or stops the axis; F8 and the button always stop it.
 
 import assert from 'node:assert/strict'
-import { play, state } from './harness.mjs'
+import { caller, play, state } from './harness.mjs'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
   ann.setDefaultTimeout(15_000)
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body })
-      return response.json()
-    }, JSON.stringify(body))
+  const call = caller(ann)
   const running = async () => (await call({ call: 'status' })).state === 'running'
   const torqueOn = async () => {
     if (!(await running())) await call({ call: 'start' })

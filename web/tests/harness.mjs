@@ -33,6 +33,16 @@ async function replacePage(context) {
   })
 }
 
+/** Calls the program as this user, from the page. */
+export const caller = (page, user = 'Ann') => (body) =>
+  page.evaluate(
+    async ([user, body]) => {
+      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': user }, body })
+      return response.json()
+    },
+    [user, JSON.stringify(body)],
+  )
+
 class Scene {
   project = mkdtempSync(join(tmpdir(), 'stickslip-page-'))
   complaints = []

@@ -1,7 +1,7 @@
 // Home: the eight controls of the paper in view, the count of changed values, and the end of the program.
 
 import assert from 'node:assert/strict'
-import { play, state } from './harness.mjs'
+import { caller, play, state } from './harness.mjs'
 
 /** Figure 9 of the paper. */
 const NAMES = ['Controller Design', 'Friction Measurement', 'Friction Design', 'Simulation', 'Implementation', 'Help', 'Close']
@@ -9,11 +9,7 @@ const NAMES = ['Controller Design', 'Friction Measurement', 'Friction Design', '
 await play(async (scene) => {
   const ann = await scene.page('Ann')
   ann.setDefaultTimeout(15_000)
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body })
-      return response.json()
-    }, JSON.stringify(body))
+  const call = caller(ann)
   const experiment = ann.getByRole('region', { name: 'Experiment' })
 
   await scene.step('the eight controls and the guided experiment are in view, and the scope is collapsed', async () => {

@@ -1,16 +1,12 @@
 // The implementation on the target: blocks with live values, cycle times, code.
 
 import assert from 'node:assert/strict'
-import { play, state } from './harness.mjs'
+import { caller, play, state } from './harness.mjs'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
   const main = ann.getByRole('main')
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body: JSON.stringify(body) })
-      return response.json()
-    }, body)
+  const call = caller(ann)
   const block = (name) => main.getByRole('button', { name })
   const value = (name) => main.getByRole('button', { name })
 

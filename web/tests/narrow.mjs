@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict'
 import { join } from 'node:path'
-import { play } from './harness.mjs'
+import { caller, play } from './harness.mjs'
 
 const WINDOWS = ['/', '/friction', '/design', '/controller', '/simulation', '/runs', '/help', '/scope']
 const SIZES = { zoomed: { width: 640, height: 360 }, phone: { width: 390, height: 844 }, tablet: { width: 820, height: 1180 } }
@@ -69,11 +69,7 @@ function coverFaults() {
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body })
-      return response.json()
-    }, JSON.stringify(body))
+  const call = caller(ann)
   await ann.goto(scene.bench.address.href)
   await ann.getByRole('main').waitFor()
   await call({ call: 'measure', what: 'friction', plan: { slowest: '2', fastest: '40', speeds: '3' } })

@@ -2,15 +2,11 @@
 
 import assert from 'node:assert/strict'
 import { readFileSync } from 'node:fs'
-import { play } from './harness.mjs'
+import { caller, play } from './harness.mjs'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body: JSON.stringify(body) })
-      return response.json()
-    }, body)
+  const call = caller(ann)
   const until = async (what, holds) => {
     const start = Date.now()
     while (!holds(await call({ call: 'status' }))) {

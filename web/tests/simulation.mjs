@@ -1,15 +1,11 @@
 // A recorded run on the virtual bench, with other parameters.
 
 import assert from 'node:assert/strict'
-import { play, state } from './harness.mjs'
+import { caller, play, state } from './harness.mjs'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body: JSON.stringify(body) })
-      return response.json()
-    }, body)
+  const call = caller(ann)
   const status = ann.getByRole('main').getByRole('status')
   const torque = ann.getByRole('row', { name: /^Torque/ })
 

@@ -1,7 +1,7 @@
 // Details that spoil the work: messages over controls, a download without progress, an empty scope while a trigger waits.
 
 import assert from 'node:assert/strict'
-import { play, state } from './harness.mjs'
+import { caller, play, state } from './harness.mjs'
 
 const WINDOWS = ['/', '/friction', '/design', '/controller', '/simulation', '/implementation', '/runs', '/help', '/scope']
 const SIZES = [{ width: 1440, height: 900 }, { width: 1280, height: 800 }, { width: 390, height: 844 }]
@@ -26,11 +26,7 @@ function covered() {
 await play(async (scene) => {
   const ann = await scene.page('Ann')
   ann.setDefaultTimeout(15_000)
-  const call = (body) =>
-    ann.evaluate(async (body) => {
-      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body })
-      return response.json()
-    }, JSON.stringify(body))
+  const call = caller(ann)
 
   await scene.step('messages cover no control, in any window and at any size', async () => {
     await ann.goto(scene.bench.address.href)

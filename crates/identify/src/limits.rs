@@ -65,7 +65,7 @@ fn stribeck(side: &str, fit: Option<&StribeckFit>, force: &str, velocity: &str) 
         None => "the friction curve has fewer than five speeds. Record more of them.".to_owned(),
         Some(StribeckDrop::Identified { .. }) => return None,
         Some(StribeckDrop::Absent { breakaway }) => format!(
-            "there is no Stribeck drop in this data. The curve does not fall from rest, it rises from {}.",
+            "no Stribeck drop in this data; the curve rises from {} at rest.",
             tied(&Estimate::new(breakaway, force))
         ),
         Some(StribeckDrop::Insignificant { drop, probability }) => format!(

@@ -14,7 +14,7 @@ const UNDETERMINED: f64 = 10.0;
 const CLEAR: f64 = 3.0;
 
 /// Delay of the recorded position against the recorded command, beyond the half sampling period for which a command is
-/// held on average. Lag of the drive, transport over a fieldbus and a shift between two logged channels act alike.
+/// held on average: lag of the drive, transport over a fieldbus and a shift between two recorded columns together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {
     /// Delay [s]; positive where the position is late.
@@ -66,9 +66,7 @@ impl Delay {
             )
         })
     }
-}
 
-impl Delay {
     /// What makes a position late.
     fn cause(&self) -> String {
         let Some((lag, [low, high])) = self.lag else {
@@ -91,7 +89,7 @@ impl Balance<'_> {
     /// # Errors
     /// A motion that does not determine mass and friction.
     pub(crate) fn search(&self, terms: &Terms) -> Result<Solved, Error> {
-        let unit = (1e-3 / self.motion.period).round().max(1.0);
+        let unit = self.unit();
         let whole = self.whole();
         let [first, last] = SEARCHED;
         let cost = |late: &i32| self.cost(&terms.with(Timing::held(f64::from(*late) * unit + HELD)));
@@ -107,10 +105,15 @@ impl Balance<'_> {
         solved.ok().filter(inside).map_or_else(held, Ok)
     }
 
+    /// Unit of [`SEARCHED`]: one millisecond in whole samples, at least one.
+    fn unit(&self) -> f64 {
+        (1e-3 / self.motion.period).round().max(1.0)
+    }
+
     /// Whether the interval of the delay is short enough for a result.
     pub(super) fn determines(&self, solved: &Solved) -> bool {
         let [low, high] = solved.fit.ci95[solved.terms.count()];
-        0.5 * (high - low) < UNDETERMINED * (1e-3 / self.motion.period).max(1.0)
+        0.5 * (high - low) < UNDETERMINED * self.unit()
     }
 
     /// The delay of a solved balance.
@@ -133,7 +136,7 @@ impl Balance<'_> {
     pub(crate) fn is_late(&self, solved: &Solved) -> bool {
         let Some([low, high]) = solved.fit.ci95.get(solved.terms.count()).copied() else { return false };
         let excludes_zero = low > HELD || high < HELD;
-        let is_clear = 0.5 * (high - low) < CLEAR * (1e-3 / self.motion.period).max(1.0);
+        let is_clear = 0.5 * (high - low) < CLEAR * self.unit();
         let without = solved.terms.with(Timing::held(HELD));
         excludes_zero && is_clear && self.gains(&[without, solved.terms.clone()]) == Some(1)
     }
