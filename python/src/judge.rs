@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use stickslip::demo::Demo;
 use stickslip::design::{HuntingPlan, Passage, Region};
 use stickslip::experiment::FrictionPlan;
-use stickslip::workflow::design::{Design, through_points};
+use stickslip::workflow::design::{Design, Weighted, through_points};
 use stickslip::workflow::hunting::HuntingRun;
 use stickslip::workflow::position_loop::LoopRun;
 use stickslip::workflow::render::render_run;
@@ -23,8 +23,9 @@ pub(crate) fn design_for(
     acceleration: Option<f64>,
 ) -> PyResult<(Preset, Outcome, bool)> {
     let mut values = *preset.values;
+    let points: Vec<Weighted> = points.into_iter().map(|[speed, torque]| [speed, torque, 1.0]).collect();
     if !points.is_empty() {
-        let through = through_points(&points, &values.bench.desired).map_err(|error| raised(py, &error))?;
+        let through = through_points(&points, &values.bench.desired, None).map_err(|error| raised(py, &error))?;
         values.bench.desired = through;
     }
     let preset = Preset::computed(py, &values)?;

@@ -1,6 +1,7 @@
 // All commands and their keys. Palette, tooltips, the table of keys and the keyboard use this list.
 
 import { bench } from './bench.svelte'
+import { entered } from './entered.svelte'
 import { stop } from './stop.svelte'
 import { go, view } from './view.svelte'
 
@@ -33,7 +34,7 @@ const common: Command[] = [
   { name: 'Arm', key: '', run: () => void bench.command({ call: 'arm' }), off: () => bench.busy },
   { name: 'Torque on', key: '', run: () => void bench.command({ call: 'start' }), off: () => bench.busy },
   { name: 'Switch off', key: '', run: () => void bench.command({ call: 'off' }), off: () => bench.blocked },
-  { name: 'Undo', key: 'Ctrl Z', run: () => void bench.undo(), off: () => bench.blocked },
+  { name: 'Undo', key: 'Ctrl Z', run: () => (entered.any ? entered.undo() : void bench.undo()), off: () => bench.blocked },
   { name: 'Find or run', key: 'Ctrl K', run: () => (view.palette = true) },
   { name: 'Keys', key: '?', run: () => (view.keys = true) },
   { name: 'Messages', key: 'Shift M', run: () => (view.log = true) },

@@ -30,6 +30,18 @@ export function plain(value: number): string {
 /** A unit as displayed; empty for a dimensionless number. */
 export const printed = (unit: string) => (unit === '1' ? '' : unit.replaceAll(' ', '·'))
 
+/** A value as in a file: a name, or a number with its unit. */
+export function valueText(text: string | null): string {
+  const [number = '', ...unit] = (text ?? 'not set').split(' ')
+  return number && Number.isFinite(Number(number)) ? `${significant(Number(number), 6)} ${printed(unit.join(' '))}`.trimEnd() : (text ?? 'not set')
+}
+
+/** Names in parameter paths that are written with a capital. */
+const PROPER = /\b(coulomb|kalman|maxwell|nyquist|stribeck)\b/g
+
+/** A key of a parameter in words: `stribeck_velocity` is Stribeck velocity. */
+export const words = (key: string) => key.replaceAll('_', ' ').replace(PROPER, (name) => name[0]!.toUpperCase() + name.slice(1))
+
 /** mm:ss. */
 export function clock(seconds: number): string {
   const all = Math.max(0, Math.round(seconds))

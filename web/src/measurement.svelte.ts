@@ -3,7 +3,7 @@
 import { bench, store, stored } from './bench.svelte'
 import { Refused } from './connection'
 import { plain } from './format'
-import type { Changed, CurveName, BreakawayMeasurement, MeasuredCurve, PlanForm, Quantity, RenderedFriction, ChatterMargin } from './protocol'
+import type { BreakawayMeasurement, Changed, ChatterMargin, CurveName, MeasuredCurve, NearestLimit, PlanForm, Quantity, RenderedFriction } from './protocol'
 import { atRest, curve, curves, rendered } from './runs'
 import { view } from './view.svelte'
 
@@ -23,7 +23,7 @@ export type Tab = 'speed' | 'time' | 'breakaway' | 'presliding' | 'shaped' | 're
 /** Maximum number of compared runs. */
 export const MOST = 5
 
-export type Offer = { run: number; values: Record<string, string>; changes: Changed[]; margin: ChatterMargin | null; refused: string | null }
+export type Offer = { run: number; values: Record<string, string>; changes: Changed[]; margin: ChatterMargin | null; refused: string | null; nearest?: NearestLimit | null }
 
 /** The selected plans, stored across reloads. */
 type Chosen = { thorough: boolean; values: Record<string, string> }

@@ -19,6 +19,7 @@ const waiting = [
   'narrow',
   'simulation',
   'controllers',
+  'entered',
   'escape',
   'home',
   'ratios',

@@ -5,7 +5,7 @@ import { execFileSync } from 'node:child_process'
 import { mkdtempSync, readFileSync, rmSync, unlinkSync, writeFileSync } from 'node:fs'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
-import { play, state } from './harness.mjs'
+import { downloadEntered, play, state } from './harness.mjs'
 
 const root = join(import.meta.dirname, '../..')
 const folder = mkdtempSync(join(tmpdir(), 'stickslip-loaded-'))
@@ -46,7 +46,8 @@ await play(
       assert.equal(await gain.inputValue(), '6')
       await gain.fill('7.5')
       await gain.press('Enter')
-      await page.getByText(/position gain active on the target since cycle/).waitFor()
+      await downloadEntered(page)
+      await page.getByText(/1 value active on the target since cycle/).waitFor()
       await gain.fill('1000')
       await gain.press('Enter')
       await panel.getByText('Outside 0 … 500 1/s').waitFor()
@@ -56,8 +57,10 @@ await play(
     await scene.step('switching to the controller of the preset and back', async () => {
       const selector = panel.getByLabel('Position controller')
       await selector.selectOption('preset')
+      await downloadEntered(page)
       await page.waitForFunction(() => /controller, not active/.test(document.body.innerText))
       await selector.selectOption('loaded')
+      await downloadEntered(page)
       await page.waitForFunction(() => !/controller, not active/.test(document.body.innerText))
       assert.equal(await state(page).innerText(), 'Running')
     })

@@ -43,6 +43,15 @@ export const caller = (page, user = 'Ann') => (body) =>
     [user, JSON.stringify(body)],
   )
 
+/** Downloads the entered values by bar and dialog. */
+export async function downloadEntered(page) {
+  await page.getByRole('status', { name: 'Entered values' }).getByRole('button', { name: /^Download \d+ change/ }).click()
+  await confirmDownload(page)
+}
+
+/** Confirms the open download dialog. */
+export const confirmDownload = (page) => page.getByRole('dialog', { name: /^Download/ }).getByRole('button', { name: /^Download \d+ change/ }).click()
+
 class Scene {
   project = mkdtempSync(join(tmpdir(), 'stickslip-page-'))
   complaints = []

@@ -1,7 +1,7 @@
 // The implementation on the target: blocks with live values, cycle times, code.
 
 import assert from 'node:assert/strict'
-import { caller, play, state } from './harness.mjs'
+import { caller, downloadEntered, play, state } from './harness.mjs'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
@@ -49,11 +49,12 @@ await play(async (scene) => {
     assert.equal(widths.size, 1, `${[...widths]}`)
     await call({ call: 'halt' })
   })
-  await scene.step('a block lists its parameters; a new value is active at once and the block is marked', async () => {
+  await scene.step('a block lists its parameters; a downloaded value is active and the block is marked', async () => {
     await block(/^Position control/).click()
     const gain = main.getByRole('textbox', { name: /position gain/ })
     await gain.fill('12')
     await gain.press('Enter')
+    await downloadEntered(ann)
     await block(/^Position control cascade 1 changed/).waitFor()
     const { items } = await call({ call: 'items' })
     assert.equal(items.find((item) => item.path === 'bench.controller.position_gain').value, 12)

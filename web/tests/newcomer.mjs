@@ -97,7 +97,8 @@ await play(
       await click(ann.getByRole('link', { name: /Home/ }))
       await ann.getByLabel('Control', { exact: true }).selectOption('pid')
       clicks += 2
-      await ann.getByText(/Controller pid active on the target/).waitFor()
+      await click(ann.getByRole('dialog').getByRole('button', { name: /^Download \d+ change/ }))
+      await ann.getByText(/active on the target since cycle/).last().waitFor()
       await click(ann.getByRole('button', { name: /Friction Measurement/ }))
       await click(button(/Measure again R/))
       await state(ann).getByText('Measuring').waitFor()

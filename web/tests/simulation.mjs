@@ -1,7 +1,7 @@
 // A recorded run on the virtual bench, with other parameters.
 
 import assert from 'node:assert/strict'
-import { caller, play, state } from './harness.mjs'
+import { caller, confirmDownload, play, state } from './harness.mjs'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
@@ -29,7 +29,7 @@ await play(async (scene) => {
     await call({ call: 'halt' })
     await call({ call: 'end_record' })
     await ann.getByText('None: identical bit for bit.').waitFor()
-    await status.getByText(/× real time/).waitFor()
+    await status.getByText(/× real time/).first().waitFor()
     await scene.snapshot(ann, 'simulation-same')
   })
   await scene.step('another gain changes the result while the slider moves; the previous gain restores it', async () => {
@@ -45,7 +45,38 @@ await play(async (scene) => {
     await scene.snapshot(ann, 'simulation-other')
     await ann.getByRole('button', { name: 'Torque', exact: true }).click()
     await ann.getByRole('img', { name: /Simulated − recorded/ }).waitFor()
+    const outside = ann.getByRole('status', { name: 'Time outside the tolerance' })
+    await outside.getByText(/^[1-9][\d.]* % of the time outside$/).waitFor()
+    const tolerance = ann.getByRole('textbox', { name: 'Tolerance of Torque' })
+    await tolerance.fill('50')
+    await tolerance.press('Enter')
+    await outside.getByText('0.0 % of the time outside').waitFor()
+    await tolerance.fill('-1')
+    await tolerance.press('Enter')
+    await ann.getByText('A tolerance must be 0 or more.').waitFor()
+    assert.equal(await tolerance.inputValue(), '50')
     await slider.fill('15')
+    await ann.getByText('None: identical bit for bit.').waitFor()
+  })
+  await scene.step('while a simulation is computed, no earlier result is called identical', async () => {
+    // A slow program: the answer comes after the check.
+    let release = () => {}
+    await ann.routeWebSocket(/api\/live/, (socket) => {
+      const server = socket.connectToServer()
+      socket.onMessage((message) => (/"simulate"/.test(message) ? (release = () => server.send(message)) : server.send(message)))
+    })
+    await ann.reload()
+    await status.getByText('computing').waitFor()
+    assert.equal(await ann.getByText('None: identical bit for bit.').count(), 0)
+    release()
+    await ann.getByText('None: identical bit for bit.').waitFor()
+    await ann.getByRole('slider', { name: /position_gain/ }).fill('7')
+    await status.getByText('computing').waitFor()
+    assert.equal(await ann.getByText('None: identical bit for bit.').count(), 0)
+    release()
+    await ann.getByText('None: identical bit for bit.').waitFor({ state: 'detached' })
+    await ann.unrouteAll()
+    await ann.reload()
     await ann.getByText('None: identical bit for bit.').waitFor()
   })
   await scene.step('the length is entered with a decimal comma; an invalid one is refused with the limits', async () => {
@@ -83,6 +114,7 @@ await play(async (scene) => {
     await gain.fill('12')
     await gain.press('Enter')
     await ann.getByRole('button', { name: /Apply to target/ }).click()
+    await confirmDownload(ann)
     await ann.getByText(/1 value active on the target since cycle/).waitFor()
     const items = (await call({ call: 'items' })).items
     assert.equal(items.find((item) => item.path === 'bench.controller.position_gain').value, 12)

@@ -59,7 +59,7 @@ pub use position_loop::{
     CORNER_LIMIT, CORNERS, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, Tuned, corners, tune,
 };
 pub use predictive::predictive;
-pub use region::{Band, Bound, FASTEST, Feasible, Limit, Passage, Region, Shortage, Verdict, fastest};
+pub use region::{Band, Bound, CAUTION, FASTEST, Feasible, Limit, Passage, Region, Shortage, Verdict, fastest};
 pub use riccati::{
     KalmanFilter, Regulator, continuous_regulator, kalman_bucy_filter, kalman_filter, linear_quadratic_regulator,
 };

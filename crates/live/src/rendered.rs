@@ -20,6 +20,7 @@ use stickslip_bench::external::Role;
 use stickslip_bench::tuning::selector;
 use stickslip_experiment::FrictionPlan;
 use stickslip_experiment::workflow::experiment::Experiment;
+use stickslip_experiment::workflow::judged::Outcome;
 use stickslip_experiment::workflow::render::Rendering;
 
 /// A measured rendered friction, complete or during its measurement.
@@ -29,7 +30,9 @@ pub struct RenderedFriction {
     pub run: Option<u64>,
     /// Whether the measurement is running.
     pub measuring: bool,
-    /// The result in a sentence.
+    /// Whether the desired friction was rendered; `null` without a measurement.
+    pub outcome: Option<Outcome>,
+    /// The outcome with its reasons, in sentences.
     pub verdict: String,
     /// The key numbers.
     pub keys: Vec<KeyEstimate>,
@@ -79,6 +82,7 @@ impl RenderedFriction {
         RenderedFriction {
             run: None,
             measuring: false,
+            outcome: Outcome::of_verdict(report.summary_text()),
             verdict: report.summary_text().into(),
             keys: report.keys().map(|(name, number)| KeyEstimate::of(name, number)).collect(),
             figures: report.sections().iter().filter_map(picture).collect(),
@@ -140,7 +144,8 @@ impl Live {
         let experiment = Experiment::read(newest(false).as_deref(), newest(true).as_deref(), parameters.preset())?;
         let (run, folder) = runs.folder("report")?;
         experiment.write(&folder, "stickslip serve, save report")?;
-        runs.enter(RunOrigin::now(&folder, begun, Some(parameters.file())));
+        let number = i64::try_from(run).ok();
+        runs.enter(RunOrigin { number, ..RunOrigin::now(&folder, begun, Some(parameters.file())) });
         Ok(Answer::Report { run, folder: folder.display().to_string() })
     }
 }

@@ -48,7 +48,8 @@ class ControllerState {
   #last = 0
   #key = ''
 
-  changes = $derived(Object.keys(this.values).length)
+  /** Number of differences on the target, including dependent ones. */
+  changes = $state(0)
   tuning = $derived(this.tune !== null && !this.tune.ended)
   /** The reason why the draft cannot be changed; null if it can. */
   locked = $derived.by((): string | null => {
@@ -218,6 +219,7 @@ class ControllerState {
         // Values changed meanwhile are newer than this answer.
         const newer = this.#next as Request | null
         if (!newer || newer.drag) this.values = loop.values as Values
+        this.changes = Object.keys(loop.values).length
         this.loop = { ...loop, verdict: this.loop?.verdict ?? null }
       } catch (error) {
         if (!(error instanceof Refused)) throw error
@@ -240,11 +242,13 @@ class ControllerState {
     const { values, desired } = this
     storeDraft(this.#key, values)
     const draft = this.#draft({ values }, true)
-    const [loop, hunting] = await Promise.allSettled([
+    const [loop, hunting, preview] = await Promise.allSettled([
       bench.connection.call({ call: 'loop', ...draft }, 'loop'),
       bench.connection.call({ call: 'hunting', draft, desired }, 'hunting'),
+      bench.connection.call({ call: 'preview', values }, 'differences'),
     ])
     if (this.values !== values || this.desired !== desired || this.#busy) return
+    if (preview.status === 'fulfilled') this.changes = preview.value.differences.length
     if (loop.status === 'fulfilled') {
       this.loop = loop.value
       this.checking = false

@@ -5,6 +5,7 @@ import { bench } from '../bench.svelte'
 import { Refused } from '../connection'
 import { measurement, type Offer } from '../measurement.svelte'
 import type { Drag, Drawn, Reference, ChatterMargin } from '../protocol'
+import { weakest } from './limits'
 
 type Four = [number, number, number, number]
 type Three = [number, number, number]
@@ -74,6 +75,8 @@ class DesignState {
     return all
   })
   changes = $derived(Object.keys(this.values).length)
+  /** The nearest of all limits of the draft. */
+  nearestLimit = $derived(weakest(this.drawn?.nearest, this.margin, bench.speedUnit))
   /** The reason why the draft cannot be downloaded; null if it can. */
   off = $derived.by((): string | null => {
     if (bench.busy) return bench.busy
@@ -186,7 +189,7 @@ class DesignState {
         bench.connection.call({ call: 'preview', values }, 'differences'),
         bench.connection.call({ call: 'margin', values }, 'margin'),
       ])
-      this.offered = { values, changes: differences, margin, refused: null }
+      this.offered = { values, changes: differences, margin, refused: null, nearest: this.drawn?.nearest }
     } catch (error) {
       if (!(error instanceof Refused)) throw error
       bench.warn(error.message)

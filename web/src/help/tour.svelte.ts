@@ -65,7 +65,7 @@ export const STOPS: Stop[] = [
   },
   {
     title: 'Draw the desired friction',
-    text: 'Drag the handles of the curve (breakaway torque, kinetic torque, Stribeck velocity, viscous friction), or set points. The hatched range cannot be rendered; the stability margin shows the distance to chatter.',
+    text: 'Drag the handles of the curve (breakaway torque, kinetic torque, Stribeck velocity, viscous friction), or set points. The hatched range cannot be rendered; the margin shows the distance to the nearest limit.',
     at: '/design',
     target: () => document.querySelector('main [role=slider]') ?? document.querySelector('main .canvas'),
     done: () => design.changes > 0 || design.downloaded,

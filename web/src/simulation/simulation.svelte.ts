@@ -34,6 +34,8 @@ class Simulation {
   working = $state(false)
   /** Duration of the last request [ms]. */
   duration = $state(0)
+  /** Tolerances of the difference by signal; null: a hundredth of its recorded range. */
+  tolerances = $state.raw<Record<string, number>>({})
   #newer = false
 
   /** The values of the simulation as fields. */
@@ -60,6 +62,7 @@ class Simulation {
     if (run?.number === this.run?.number) return
     this.run = run
     this.result = null
+    this.tolerances = {}
     this.refused = ''
     this.changed = {}
     if (!run) return

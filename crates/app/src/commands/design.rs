@@ -8,7 +8,7 @@ use clap::Args;
 use stickslip::Preset;
 use stickslip::design::{Passage, Region};
 use stickslip::parameters::{self, presets};
-use stickslip::workflow::design::{Design, through_points};
+use stickslip::workflow::design::{Design, Weighted, through_points};
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -66,9 +66,9 @@ impl DesignCommand {
         if from.states("bench.desired") {
             preset.bench.desired = source.bench.desired;
         }
-        let points: Vec<[f64; 2]> = self.point.iter().map(|point| point.0).collect();
+        let points: Vec<Weighted> = self.point.iter().map(|Point([speed, torque])| [*speed, *torque, 1.0]).collect();
         if !points.is_empty() {
-            preset.bench.desired = through_points(&points, &preset.bench.desired)?;
+            preset.bench.desired = through_points(&points, &preset.bench.desired, None)?;
         }
         let mut text = parameters::write_commented(&preset);
         for Setting { path, value } in self.set.iter().filter(is_desired) {

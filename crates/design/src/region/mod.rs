@@ -3,6 +3,7 @@
 //! Computed from the model of the machine and the settings of the bench; shown in the design, checked before rendering.
 //!
 //! ```text
+//! drive     M_own + M + M_motor + J·Ω̇ ≤ M_max             the drive moves the load against the whole friction
 //! current   |M| ≤ K·i_max
 //! voltage   ±R·M/K ∓ K·Ω ≤ U                              steady; the back-EMF drives the current up
 //! slope     ±R·M/K ∓ K·Ω + (L/K)·|dM/dΩ|·Ω̇ ≤ U            while the drive accelerates by Ω̇ through it
@@ -21,7 +22,7 @@ use std::fmt;
 
 use stickslip_core::Fields;
 use stickslip_core::drive::Winding;
-use stickslip_core::friction::Stribeck;
+use stickslip_core::friction::{Friction, Stribeck};
 pub use verdict::{Feasible, Shortage, Verdict};
 
 use super::{predicted_velocity_noise, software};
@@ -32,6 +33,10 @@ use stickslip_base::preset::{Model, Settings};
 const STEPS: usize = 400;
 /// Slowest of them over the fastest.
 const SLOWEST: f64 = 1e-4;
+
+/// Remaining share of the way to a limit, of the region or of stability, below which a warning is shown. Chosen: a fifth,
+/// as reserve for the error of the bench's model.
+pub const CAUTION: f64 = 0.2;
 
 /// Acceleration of the drive along a characteristic under the law, and tolerance of the torque meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -47,6 +52,8 @@ pub struct Passage<T> {
 /// Limits of the difference torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
+    /// Torque of the drive, which must overcome the desired friction.
+    Drive,
     /// The amplifier's current.
     Current,
     /// The amplifier's voltage against back-EMF and resistance.
@@ -63,6 +70,7 @@ impl Limit {
     /// Its name in a summary.
     pub fn name(self) -> &'static str {
         match self {
+            Limit::Drive => "drive",
             Limit::Current => "current",
             Limit::Voltage => "voltage",
             Limit::Slope => "slope",
@@ -74,7 +82,7 @@ impl Limit {
     /// SI unit of the required and the available value.
     pub fn unit(self) -> &'static str {
         match self {
-            Limit::Current | Limit::Response => "N m",
+            Limit::Drive | Limit::Current | Limit::Response => "N m",
             Limit::Voltage | Limit::Slope => "V",
             Limit::Speed => "rad/s",
         }
@@ -124,6 +132,8 @@ pub struct Band {
 /// Renderable region of a bench.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
+    /// Largest torque of the drive, by controller and servo amplifier [N m].
+    pub drive_limit: f64,
     /// Torque of the load motor at the current limit [N m].
     pub torque_limit: f64,
     /// Largest voltage at the load motor [V].
@@ -137,6 +147,10 @@ pub struct Region {
     /// Passage along characteristics.
     pub passage: Passage<f64>,
     winding: Winding<f64>,
+    /// Friction of the drive motor.
+    motor_friction: Friction<f64>,
+    /// Torque that accelerates the drive along a characteristic [N m].
+    accelerating: f64,
 }
 
 /// A characteristic compared with the region.
@@ -157,7 +171,9 @@ impl Region {
     /// Errors of the design of observer and current control.
     pub fn of(model: &Model<f64>, settings: &Settings<f64>, passage: Passage<f64>) -> Result<Self, Error> {
         let current = software(model, settings)?.current;
+        let amplifier = model.scaling.torque_per_volt * model.scaling.servo_limit;
         Ok(Region {
+            drive_limit: settings.controller.torque_limit().min(amplifier),
             torque_limit: current.current_limit * current.torque_constant,
             voltage_limit: current.largest_voltage(),
             speed_limit: settings.safety.speed,
@@ -165,7 +181,16 @@ impl Region {
             velocity_noise: predicted_velocity_noise(model, settings)?,
             passage,
             winding: model.load_motor,
+            motor_friction: model.motor_friction,
+            accelerating: model.drive.inertia() * passage.acceleration,
         })
+    }
+
+    /// Largest friction of the load that the drive overcomes at a speed Ω ≥ 0 [rad/s] while it accelerates [N m].
+    pub fn drive_capacity(&self, speed: f64) -> f64 {
+        // At rest the motor's friction acts as just above it.
+        let motor = self.motor_friction.steady_torque(speed.max(f64::MIN_POSITIVE), 0.0, 0.0);
+        self.drive_limit - motor - self.accelerating
     }
 
     /// The steady torques at a speed Ω ≥ 0 [rad/s]; at −Ω the same with the other sign.
@@ -198,9 +223,14 @@ impl Region {
         (0..=STEPS).map(move |k| fastest * libm::pow(SLOWEST, 1.0 - k as f64 / STEPS as f64))
     }
 
-    /// The nearest limit for a difference torque at a speed [rad/s]; `breakaway` [N m] is the desired one.
-    fn nearest(&self, difference: Difference<'_>, breakaway: f64, speed: f64) -> Bound {
+    /// The nearest limit for the difference from own to desired friction at a speed [rad/s].
+    fn nearest(&self, own: &Stribeck<f64>, desired: &Stribeck<f64>, speed: f64) -> Bound {
+        let difference: Difference<'_> = &|speed| desired.magnitude(speed) - own.magnitude(speed);
+        let breakaway = desired.breakaway_torque;
         let torque = difference(speed);
+        // A driving load motor relieves the drive; then only the own friction must be within its torque.
+        let left = self.drive_capacity(speed) - own.magnitude(speed);
+        let drive = Bound { limit: Limit::Drive, needed: torque.max(0.0), available: left };
         let [voltage, other_voltage] = [1.0, -1.0].map(|side| self.voltage(difference, torque, speed, side));
         let current = Bound { limit: Limit::Current, needed: torque.abs(), available: self.torque_limit };
         let response = Bound {
@@ -211,7 +241,7 @@ impl Region {
         let fast = Bound { limit: Limit::Speed, needed: speed, available: self.speed_limit };
         // The speed cannot be scaled: it is permitted or not.
         let admitted = (fast.margin() < 1.0).then_some(fast);
-        let bounds = [current, voltage, other_voltage, response];
+        let bounds = [drive, current, voltage, other_voltage, response];
         bounds.into_iter().chain(admitted).min_by(|a, b| a.margin().total_cmp(&b.margin())).expect("limits are listed")
     }
 

@@ -16,6 +16,7 @@ impl Region {
     /// The numbers, under their stable names.
     pub fn add_to(&self, summary: &mut Summary) {
         summary
+            .result("region.drive_limit", self.drive_limit, "N m")
             .result("region.torque_limit", self.torque_limit, "N m")
             .result("region.voltage_limit", self.voltage_limit, "V")
             .result("region.speed_limit", self.speed_limit, "rad/s")

@@ -1,6 +1,7 @@
 use super::*;
 use stickslip_base::Preset;
 use stickslip_base::parameters::presets;
+use stickslip_base::preset::ControllerChoice;
 
 fn read(name: &str) -> Preset<f64> {
     presets::find(name).unwrap().read().unwrap()
@@ -14,6 +15,13 @@ fn verdict(change: impl FnOnce(&mut Preset<f64>)) -> Verdict {
     let mut preset = read("clm-bench");
     change(&mut preset);
     region(&preset).judge(&preset.model.own, &preset.bench.desired, 50.0)
+}
+
+/// A drive motor that overcomes any friction.
+fn strong(preset: &mut Preset<f64>) {
+    let ControllerChoice::Cascade(controller) = &mut preset.bench.controller else { panic!("clm-bench has a cascade") };
+    controller.torque_limit = 100.0;
+    preset.model.scaling.servo_limit = 100.0;
 }
 
 /// The only exceeded limit, with its speeds.
@@ -44,7 +52,10 @@ fn every_preset_with_a_load_motor_can_render_its_desired_friction() {
 
 #[test]
 fn the_current_limit_bounds_the_torque_and_a_feasible_viscous_friction_is_named() {
-    let verdict = verdict(|preset| preset.bench.desired.viscous_friction = 0.05);
+    let verdict = verdict(|preset| {
+        strong(preset);
+        preset.bench.desired.viscous_friction = 0.05;
+    });
     let shortage = only(&verdict, Limit::Current);
     // (0.05 − 2e-4)·Ω − 0.06 N m passes 15 A · 0.0934 N m/A; a step of the speeds is 2.3 %.
     assert!((shortage.speeds[0] / (1.461 / 0.0498) - 1.0).abs() < 0.025, "{shortage:?}");
@@ -60,8 +71,41 @@ fn the_current_limit_bounds_the_torque_and_a_feasible_viscous_friction_is_named(
 
 #[test]
 fn the_feasible_value_is_accepted_and_one_beyond_it_is_not() {
-    let margin = |b: f64| verdict(|preset| preset.bench.desired.viscous_friction = b).margin;
+    let margin = |b: f64| {
+        let changed = |preset: &mut Preset<f64>| {
+            strong(preset);
+            preset.bench.desired.viscous_friction = b;
+        };
+        verdict(changed).margin
+    };
     assert!(margin(0.0294) >= 1.0 && margin(0.0295) < 1.0);
+}
+
+#[test]
+fn a_breakaway_torque_beyond_the_drive_is_not_renderable_even_where_the_load_motor_could_render_it() {
+    // 1.4 N m of the drive less 0.01 N m of its brushes and 1.01e-3 kg m² · 200 rad/s² of acceleration.
+    let region = region(&read("clm-bench"));
+    assert!((region.drive_capacity(0.0) - (1.4 - 0.01 - 1.01e-3 * 200.0)).abs() < 1e-9, "{region:?}");
+    let stiff = |torque: f64| {
+        verdict(|preset| {
+            preset.bench.desired = Stribeck { breakaway_torque: torque, stribeck_velocity: 20.0, ..preset.model.own };
+        })
+    };
+    assert!(stiff(1.18).renderable());
+    let refused = stiff(1.25);
+    let shortage = only(&refused, Limit::Drive);
+    assert!(shortage.bound.needed < 1.461 && shortage.worst < 1.0, "{shortage:?}");
+    assert!(refused.to_string().contains("of the 1.400 N·m of the drive motor"), "{refused}");
+}
+
+#[test]
+fn a_load_motor_that_drives_relieves_the_drive_motor_only_above_its_own_friction() {
+    let verdict = verdict(|preset| {
+        preset.model.own.breakaway_torque = 1.3;
+        preset.bench.desired = preset.model.own;
+    });
+    // The wheel alone is too strong: no difference torque helps at rest.
+    assert_eq!((only(&verdict, Limit::Drive).bound.needed, verdict.margin), (0.0, 0.0), "{verdict}");
 }
 
 #[test]

@@ -97,6 +97,11 @@ impl Verdict {
         let (needed, available) = (of(bound.needed), of(bound.available));
         let acceleration = Estimate::new(self.region.passage.acceleration, "rad/s^2");
         let reason = match bound.limit {
+            Limit::Drive => format!(
+                "the load motor adds {needed}; own friction, motor friction and acceleration at {acceleration} leave \
+                 {available} of the {} of the drive motor",
+                of(self.region.drive_limit)
+            ),
             Limit::Current if bound.available == 0.0 => format!("{needed} required, but no load motor is mounted"),
             Limit::Current => format!("the load motor requires {needed}; its current limit permits {available}"),
             Limit::Voltage => format!("the amplifier requires {needed}; the back-EMF leaves {available}"),
@@ -161,10 +166,7 @@ pub(super) fn walk(
     desired: &Stribeck<f64>,
     fastest: f64,
 ) -> impl Iterator<Item = (Bound, f64)> {
-    Region::speeds(fastest).map(move |speed| {
-        let difference = |speed: f64| desired.magnitude(speed) - own.magnitude(speed);
-        (region.nearest(&difference, desired.breakaway_torque, speed), speed)
-    })
+    Region::speeds(fastest).map(move |speed| (region.nearest(own, desired, speed), speed))
 }
 
 /// The speed ranges in which one limit is exceeded.

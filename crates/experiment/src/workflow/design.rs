@@ -1,11 +1,9 @@
 //! The desired characteristic: from reference points or single values, checked against the limits of the load motor.
 
-use std::convert::Infallible;
 use std::path::Path;
 
 use serde_json::Value;
-use stickslip_core::friction::{Decay, Stribeck};
-use stickslip_core::scalar::{Dual, Scalar};
+use stickslip_core::friction::Stribeck;
 
 use super::draw::{folded, friction, load, torque};
 
@@ -15,8 +13,11 @@ use stickslip_base::quantity::Estimate;
 use stickslip_base::report::{Cell, Provenance, Report, Table};
 use stickslip_base::{Error, Preset, Summary, output, parameters};
 use stickslip_design::{Band, Region, Verdict};
-use stickslip_fit::{PARAMETERS, Stop, minimise, values};
+use stickslip_fit::{PARAMETERS, values};
 
+use super::through::{deviation, strays};
+
+pub use super::through::{Weighted, through_points};
 pub use stickslip_design::{FASTEST, fastest};
 
 /// Own and desired friction, and the renderable region.
@@ -26,89 +27,10 @@ pub struct Design {
     pub own: Stribeck<f64>,
     /// Desired friction.
     pub desired: Stribeck<f64>,
-    /// Its reference points: speed [rad/s] and torque [N m].
-    pub points: Vec<[f64; 2]>,
+    /// Its reference points.
+    pub points: Vec<Weighted>,
     /// Renderable region of the bench.
     pub region: Region,
-}
-
-/// The Stribeck curve through reference points (speed ≥ 0 [rad/s], torque > 0 [N m]) by least squares. Parameters that
-/// the points do not determine stay near `start`: a change of a parameter by a factor of e weighs as much as a
-/// thousandth of the largest torque.
-///
-/// # Errors
-/// [`Error::CurvePoint`] for an invalid point; [`Error::TooFew`] without one.
-pub fn through_points(points: &[[f64; 2]], start: &Stribeck<f64>) -> Result<Stribeck<f64>, Error> {
-    let points: Vec<_> = points.iter().map(|&[speed, torque]| [speed, torque, 1.0]).collect();
-    through_weighted(&points, start, None)
-}
-
-/// As [`through_points`], each point with a weight > 0 after speed and torque. One parameter, by its index in
-/// [`PARAMETERS`], may be held at its value in `start`.
-///
-/// # Errors
-/// As [`through_points`].
-pub fn through_weighted(
-    points: &[[f64; 3]],
-    start: &Stribeck<f64>,
-    held: Option<usize>,
-) -> Result<Stribeck<f64>, Error> {
-    for (index, &[speed, torque, weight]) in points.iter().enumerate() {
-        if !(speed.is_finite() && speed >= 0.0) {
-            let remedy = "The speed of a reference point is at least 0: friction is the same in both directions.";
-            return Err(Error::CurvePoint { index, field: "velocity", value: speed, remedy });
-        }
-        if !(torque.is_finite() && torque > 0.0) {
-            let remedy = "Friction brakes: the torque must be above 0.";
-            return Err(Error::CurvePoint { index, field: "torque", value: torque, remedy });
-        }
-        if !(weight.is_finite() && weight > 0.0) {
-            let remedy = "A weight must be above 0; remove the point instead.";
-            return Err(Error::CurvePoint { index, field: "weight", value: weight, remedy });
-        }
-    }
-    let largest = points.iter().map(|[_, torque, _]| *torque).fold(0.0, f64::max);
-    if points.is_empty() {
-        let remedy = "Give at least one.";
-        return Err(Error::TooFew { what: "reference points", found: 0, needed: 1, remedy });
-    }
-    let old = [start.breakaway_torque, start.kinetic_torque, start.stribeck_velocity, start.viscous_friction.max(1e-9)];
-    const BOUNDS: [[f64; 2]; 4] = [[1e-6, 200.0], [1e-6, 200.0], [1e-4, 1e3], [1e-12, 50.0]];
-    let stop = Stop { step: 1e-10, fall: 1e-14, evaluations: 400 };
-    let mut best: Option<(f64, [f64; 4])> = None;
-    let factors = if held == Some(2) { &[1.0][..] } else { &[0.1, 0.3, 1.0, 3.0] };
-    for factor in factors {
-        let mut from = old;
-        from[2] = (from[2] * factor).clamp(BOUNDS[2][0], BOUNDS[2][1]);
-        let fit = minimise(from, BOUNDS, stop, |p: [Dual<4>; 4]| {
-            let curve = exponential(p);
-            let off = points.iter().map(|&[speed, torque, weight]| {
-                (curve.magnitude(Dual::of(speed)) - Dual::of(torque)) * Dual::of(weight.sqrt())
-            });
-            let pull = |i: usize| if held == Some(i) { HELD } else { 1e-3 };
-            let moved = (0..4).map(|i| (p[i] / Dual::of(old[i])).ln() * Dual::of(pull(i) * largest));
-            Ok::<_, Infallible>(off.chain(moved).collect())
-        });
-        let Ok(fit) = fit;
-        if best.is_none_or(|(cost, _)| fit.cost < cost) {
-            best = Some((fit.cost, fit.parameters));
-        }
-    }
-    let mut fit = best.expect("at least one start").1;
-    if let Some(held) = held {
-        fit[held] = old[held];
-    }
-    Ok(exponential(fit))
-}
-
-/// Weight that holds a parameter: it moves less than the output resolution.
-const HELD: f64 = 1e2;
-
-/// The exponential form, equation (1).
-fn exponential<T: Scalar>(parameters: [T; 4]) -> Stribeck<T> {
-    let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] = parameters;
-    let decay = Decay::Exponential;
-    Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, decay }
 }
 
 impl Design {
@@ -117,11 +39,17 @@ impl Design {
         self.desired.magnitude(speed) - self.own.magnitude(speed)
     }
 
-    /// RMS distance of the desired characteristic from its reference points [N m]; NaN without points.
+    /// RMS distance of the desired characteristic from its reference points but the stray ones [N m]; NaN without points.
     pub fn distance(&self) -> f64 {
-        let squares: f64 =
-            self.points.iter().map(|[speed, torque]| (self.desired.magnitude(*speed) - torque).powi(2)).sum();
-        (squares / self.points.len() as f64).sqrt()
+        let strays = self.strays();
+        let used = self.points.iter().enumerate().filter(|(index, _)| !strays.contains(index));
+        let squares: f64 = used.map(|(_, point)| deviation(point, &self.desired).powi(2)).sum();
+        (squares / (self.points.len() - strays.len()) as f64).sqrt()
+    }
+
+    /// Indices of the reference points that contradict the others.
+    pub fn strays(&self) -> Vec<usize> {
+        strays(&self.points, &self.desired)
     }
 
     /// Highest speed of the comparison [rad/s].
@@ -178,6 +106,16 @@ impl Design {
             Estimate::new(largest.abs(), "N m"),
             speed(at)
         ));
+        for index in self.strays() {
+            let point = &self.points[index];
+            remarks.push(format!(
+                "Reference point {} at {} contradicts the others: {} from the curve. It is not used; a weight above 1 \
+                 forces its use.",
+                index + 1,
+                speed(point[0]),
+                torque(deviation(point, &self.desired).abs())
+            ));
+        }
         for change in self.sign_changes() {
             remarks.push(format!("The difference torque changes its sign at {}.", speed(change)));
         }
@@ -233,6 +171,7 @@ impl Design {
         self.verdict().add_to(&mut summary);
         if !self.points.is_empty() {
             summary.result("design.distance_from_points", self.distance(), "N m");
+            summary.result("design.stray_points", self.strays().len() as f64, "1");
         }
         for change in self.sign_changes() {
             summary.row([("kind", Value::from("sign change")), ("speed", change.into())]);
@@ -247,8 +186,15 @@ impl Design {
             .series(Series::line(Role::Own, "own", folded(&self.own, FASTEST)))
             .series(Series::line(Role::Desired, "desired", folded(&self.desired, FASTEST)));
         if !self.points.is_empty() {
-            let points = self.points.iter().map(|[v, m]| (*v, *m));
-            figure = figure.series(Series::points(Role::Reference, "reference points", points).large());
+            let strays = self.strays();
+            let of = |stray: bool| {
+                let chosen = self.points.iter().enumerate().filter(|(index, _)| strays.contains(index) == stray);
+                chosen.map(|(_, [speed, torque, _])| (*speed, *torque)).collect::<Vec<_>>()
+            };
+            figure = figure.series(Series::points(Role::Reference, "reference points", of(false)).large());
+            if !strays.is_empty() {
+                figure = figure.series(Series::points(Role::Measured, "not used", of(true)).large());
+            }
         }
         let difference = self.speeds().map(|speed| (speed, self.difference(speed)));
         let able = self.speeds().map(|speed| {
@@ -294,40 +240,13 @@ impl Design {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stickslip_core::friction::Decay;
     use stickslip_design::Passage;
 
     fn design(desired: Stribeck<f64>) -> Design {
         let Preset { model, bench, .. } = Preset::default();
         let region = Region::of(&model, &bench, Passage::default()).unwrap();
         Design { own: Stribeck::default(), desired, points: Vec::new(), region }
-    }
-
-    #[test]
-    fn four_points_of_a_curve_return_the_curve() {
-        let exact =
-            Stribeck { kinetic_torque: 0.12, stribeck_velocity: 1.5, viscous_friction: 1.2e-3, ..Stribeck::default() };
-        let points = [0.0, 1.5, 12.0, 80.0].map(|speed| [speed, exact.magnitude(speed)]);
-        let fit = through_points(&points, &Stribeck::default()).unwrap();
-        for (fit, exact) in values(&fit).into_iter().zip(values(&exact)) {
-            // The pull of the start, a thousandth of the torque on each parameter, squared.
-            assert!((fit / exact - 1.0).abs() < 1e-3, "{fit} for {exact}");
-        }
-    }
-
-    #[test]
-    fn one_point_moves_only_the_parameters_that_it_determines() {
-        let start = Stribeck::default();
-        let fit = through_points(&[[0.0, 0.4]], &start).unwrap();
-        assert!((fit.breakaway_torque - 0.4).abs() < 1e-4, "{fit:?}");
-        assert!((fit.kinetic_torque / start.kinetic_torque - 1.0).abs() < 1e-6);
-    }
-
-    #[test]
-    fn an_invalid_reference_point_is_refused() {
-        let refusal = |points: &[[f64; 2]]| through_points(points, &Stribeck::default()).unwrap_err().to_string();
-        assert!(refusal(&[[1.0, 0.2], [-1.0, 0.2]]).starts_with("point 2 of the friction curve: velocity = -1."));
-        assert!(refusal(&[[1.0, f64::NAN]]).contains("torque = NaN. Friction brakes"));
-        assert!(refusal(&[]).contains("too few reference points: 0; at least 1 required"));
     }
 
     #[test]

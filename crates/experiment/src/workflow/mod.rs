@@ -10,11 +10,13 @@ pub mod draw;
 pub mod experiment;
 pub mod fit;
 pub mod hunting;
+pub mod judged;
 pub mod measure;
 pub mod position_loop;
 pub mod render;
 pub mod results;
 pub mod sketch;
+mod through;
 
 use std::path::Path;
 

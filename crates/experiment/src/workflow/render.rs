@@ -8,6 +8,7 @@ use stickslip_core::render::{Correction, DifferenceTorque, Law};
 
 use super::correct::{Corrected, Iteration, Missing, Stopped, missing, render_corrected, rms};
 use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
+use super::judged::Outcome;
 use super::measure::{Outcome as _, with_preload};
 use super::results::{columns, rows};
 use super::write_columns;
@@ -189,12 +190,14 @@ impl Rendering {
 
     /// The results, in lines for a terminal.
     pub fn lines(&self) -> Vec<String> {
+        let (outcome, reasons) = self.judged();
         let breakaway = self.law.desired.breakaway_torque;
         let percent = |torque: f64| number(100.0 * torque / breakaway, 2);
         if self.law.fade_velocity == 0.0 {
             return vec![
                 format!("at all speeds              {} % of M_S", percent(self.error_outside_fade())),
                 format!("margin                     {}", self.margin),
+                format!("{}: {}", outcome.word(), reasons.join(" ")),
             ];
         }
         vec![
@@ -204,30 +207,22 @@ impl Rendering {
                 percent(self.error_inside_fade()),
                 percent(self.expected_inside_fade())
             ),
+            format!("{}: {}", outcome.word(), reasons.join(" ")),
         ]
     }
 
-    /// The result, in a sentence.
+    /// The outcome with its reasons, and the deviation inside the fade-out.
     pub(crate) fn verdict(&self) -> String {
-        if self.law.fade_velocity == 0.0 {
-            return format!(
-                "The load motor renders the desired friction through observer, current control and all delays with a \
-                 deviation of {}.",
-                self.over_breakaway(self.error_outside_fade()),
-            );
-        }
-        let result = format!(
-            "The load motor renders the desired friction through observer, current control and all delays with a \
-             deviation of {} outside the fade-out",
-            self.over_breakaway(self.error_outside_fade()),
-        );
+        let (outcome, reasons) = self.judged();
+        let verdict = format!("{}: {}", outcome.word(), reasons.join(" "));
         // All speeds of a plan may be above the fade-out.
         let inside = self.error_inside_fade();
-        if inside.is_nan() {
-            return format!("{result}; no speed inside was measured.");
+        if self.law.fade_velocity == 0.0 || inside.is_nan() {
+            return verdict;
         }
         format!(
-            "{result} and {} inside; expected inside: {}.",
+            "{verdict} RMS deviation outside: {}; inside, where the load motor is off: {}, expected {}.",
+            self.over_breakaway(self.error_outside_fade()),
             self.over_breakaway(inside),
             self.over_breakaway(self.expected_inside_fade()),
         )
@@ -396,6 +391,7 @@ impl RenderRun {
         summary
             .result("render.complete", f64::from(u8::from(self.complete())), "1")
             .result("render.preload", self.preset.plant.wheel.preload, "1")
+            .result("render.met", f64::from(u8::from(rendering.judged().0 == Outcome::Met)), "1")
             .result("render.dropped_plateaus", rendering.curve.dropped().count() as f64, "1")
             .result("margin.stiffness_limit", rendering.margin.stiffness_limit.unwrap_or(STIFFNESSES[1]), "N m/rad")
             .result("margin.gain", rendering.margin.gain_margin.unwrap_or(LARGEST_GAIN), "1")

@@ -4,16 +4,19 @@
 //! shown: the curve, its handles, the renderable region and its limits. It is faster than a frame of the display, so
 //! that the curve follows the hand; the remedies are computed after the drag ([`Sketch::thorough`]).
 
+mod drawn;
+
+pub use drawn::{Drawn, Edge, Grip, Loop, NearestLimit, SpeedRange};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stickslip_core::block::Block as _;
 use stickslip_core::fields::{Field, Fields};
 use stickslip_core::friction::{Bristles, Contact, Friction, FrictionElement, FrictionElementState, Stribeck};
 
-use super::design::{Design, fastest, through_weighted};
+use super::design::{Design, Weighted, fastest, through_points};
 use stickslip_base::preset::{LawChoice, Settings};
 use stickslip_base::{Error, Preset};
-use stickslip_design::{Passage, Region};
+use stickslip_design::{CAUTION, Limit, Passage, Region};
 use stickslip_fit::{PARAMETERS, values, with_values};
 
 /// Speed of the handle of M_K, in Stribeck velocities; the drop has ended there.
@@ -29,8 +32,8 @@ const SLOWLY: f64 = 10.0;
 const LARGEST_GRID: usize = 4000;
 /// Largest number of reference points.
 const MOST_POINTS: usize = 1000;
-/// Reserve of the nearest curve, so that it is renderable between the speeds as well.
-const AIR: f64 = 1.02;
+/// Margin of the nearest curve: outside the zone of caution, and renderable between the speeds as well.
+const AIR: f64 = 1.01 / (1.0 - CAUTION);
 /// Steps of the search for the nearest curve that can be rendered.
 const BISECTIONS: usize = 16;
 
@@ -116,93 +119,6 @@ pub enum Handle {
 const HANDLES: [Handle; 4] =
     [Handle::BreakawayTorque, Handle::KineticTorque, Handle::StribeckVelocity, Handle::ViscousFriction];
 
-/// The computed view of a sketch.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Drawn {
-    /// As [`Sketch::desired`].
-    pub desired: [f64; 4],
-    /// Desired friction at each speed [N m].
-    pub curve: Vec<f64>,
-    /// Own friction at each speed [N m].
-    pub own: Vec<f64>,
-    /// Smallest friction that can be rendered steadily at each speed [N m].
-    pub least: Vec<f64>,
-    /// Largest friction that can be rendered steadily at each speed [N m].
-    pub largest: Vec<f64>,
-    /// The presliding loop of the desired friction.
-    pub desired_loop: Loop,
-    /// The presliding loop of the own friction, over the same way.
-    pub own_loop: Loop,
-    /// Handles of the single parameters.
-    pub grips: Vec<Grip>,
-    /// Whether it can be rendered.
-    pub renderable: bool,
-    /// Factor of the difference torque at which a limit is reached; `null`: unlimited.
-    pub margin: Option<f64>,
-    /// Limits of the smallest and the largest friction.
-    pub edges: Vec<Edge>,
-    /// Speed ranges in which it cannot be rendered.
-    pub shortages: Vec<SpeedRange>,
-    /// Remarks, in sentences.
-    pub remarks: Vec<String>,
-    /// RMS distance from the reference points [N m]; `null` without any.
-    pub distance: Option<f64>,
-}
-
-/// Presliding loop of slow motion back and forth from rest: the bristles without damping.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Loop {
-    /// Way from the start [rad].
-    pub angle: Vec<f64>,
-    /// Friction torque [N m].
-    pub torque: Vec<f64>,
-}
-
-/// A handle on the curve.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Grip {
-    /// The handle.
-    pub handle: Handle,
-    /// Symbol.
-    pub symbol: String,
-    /// Its value.
-    pub value: f64,
-    /// SI unit.
-    pub unit: String,
-    /// Smallest and largest value.
-    pub range: [f64; 2],
-    /// Its speed in the figure [rad/s].
-    pub speed: f64,
-    /// Its torque in the figure [N m].
-    pub torque: f64,
-}
-
-/// A speed range in which a limit is exceeded.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct SpeedRange {
-    /// Lower end [rad/s].
-    pub from: f64,
-    /// Upper end [rad/s].
-    pub to: f64,
-    /// `current`, `voltage`, `slope`, `response`, `speed`.
-    pub limit: String,
-    /// Reason, in a sentence.
-    pub reason: String,
-}
-
-/// A part of an edge of the renderable region.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Edge {
-    /// Whether it is the edge of the largest friction, not of the smallest.
-    pub largest: bool,
-    /// Lower end [rad/s].
-    pub from: f64,
-    /// Upper end [rad/s].
-    pub to: f64,
-    /// `current`, `voltage`; `wheel` where the law renders no torque and the friction wheel alone acts.
-    pub limit: String,
-}
-
 impl Sketch {
     /// Computes the view.
     ///
@@ -224,15 +140,15 @@ impl Sketch {
         let fastest = fastest(&region);
         let mut desired = self.desired.map_or(bench.desired, |numbers| with_values(&bench.desired, numbers));
         check(&desired)?;
-        let points: Vec<_> = self.points.iter().map(|p| [p.speed, p.torque, p.weight]).collect();
+        let points: Vec<Weighted> = self.points.iter().map(|p| [p.speed, p.torque, p.weight]).collect();
         if self.fit && !points.is_empty() {
-            desired = Stribeck { decay: desired.decay, ..through_weighted(&points, &desired, None)? };
+            desired = Stribeck { decay: desired.decay, ..through_points(&points, &desired, None)? };
         }
         if let Some(drag) = self.drag {
             desired = dragged(&desired, drag, fastest)?;
             let held = HANDLES.iter().position(|handle| *handle == drag.handle);
             if drag.refit && held.is_some() && !points.is_empty() {
-                desired = Stribeck { decay: desired.decay, ..through_weighted(&points, &desired, held)? };
+                desired = Stribeck { decay: desired.decay, ..through_points(&points, &desired, held)? };
             }
         }
         if self.nearest {
@@ -249,7 +165,6 @@ impl Sketch {
         let way = LOOP
             * (desired.breakaway_torque / bristles.stiffness)
                 .max(model.own.breakaway_torque / model.own_bristles.stiffness);
-        let points = self.points.iter().map(|point| [point.speed, point.torque]).collect();
         let design = Design { own: model.own, desired, points, region };
         let judge = if self.thorough { Region::judge } else { Region::glance };
         let verdict = judge(&region, &design.own, &desired, fastest);
@@ -258,7 +173,7 @@ impl Sketch {
         let faded = wheel_below(bench);
         let able = |side: usize| {
             let torque = |speed: f64| if speed < faded { 0.0 } else { region.at(speed).torque[side] };
-            evaluated(&|speed| design.own.magnitude(speed) + torque(speed))
+            evaluated(&|speed| (design.own.magnitude(speed) + torque(speed)).min(region.drive_capacity(speed)))
         };
         let range = |(shortage, reason): (&stickslip_design::Shortage, String)| SpeedRange {
             from: shortage.speeds[0],
@@ -272,12 +187,14 @@ impl Sketch {
             own: evaluated(&|speed| design.own.magnitude(speed)),
             least: able(0),
             largest: able(1),
-            edges: self.edges(&region, faded),
+            edges: self.edges(&region, &model.own, faded),
             desired_loop: presliding(&bristles.under(desired), way),
             own_loop: presliding(&model.own_bristles.under(design.own), way),
             grips: grips(&desired, fastest),
             renderable: verdict.renderable(),
             margin: Some(verdict.margin).filter(|margin| margin.is_finite()),
+            nearest: NearestLimit::of(&verdict),
+            strays: design.strays(),
             shortages: verdict.shortages.iter().zip(verdict.reasons()).map(range).collect(),
             remarks: design.remarks_on(&verdict),
             distance: Some(design.distance()).filter(|distance| distance.is_finite()),
@@ -287,12 +204,19 @@ impl Sketch {
 
 impl Sketch {
     /// The speed ranges in which one limit bounds an edge.
-    fn edges(&self, region: &Region, faded: f64) -> Vec<Edge> {
+    fn edges(&self, region: &Region, own: &Stribeck<f64>, faded: f64) -> Vec<Edge> {
         let mut edges: Vec<Edge> = Vec::new();
         for side in [0, 1] {
             for &speed in &self.speeds {
-                let limit = if speed < faded { WHEEL } else { region.at(speed).limits[side].name() };
                 let largest = side == 1;
+                let band = region.at(speed);
+                let limit = if speed < faded {
+                    WHEEL
+                } else if largest && own.magnitude(speed) + band.torque[1] > region.drive_capacity(speed) {
+                    Limit::Drive.name()
+                } else {
+                    band.limits[side].name()
+                };
                 match edges.last_mut().filter(|edge| edge.largest == largest && edge.limit == limit) {
                     Some(edge) => edge.to = speed,
                     None => edges.push(Edge { largest, from: speed, to: speed, limit: limit.into() }),

@@ -6,7 +6,7 @@ use stickslip_core::render::Law;
 use stickslip_design::DesignError;
 
 use stickslip_base::Error;
-use stickslip_design::{self as design, CHATTER_LIMIT, Margin};
+use stickslip_design::{self as design, CAUTION, CHATTER_LIMIT, Margin};
 
 /// Margin of a rendering law against chatter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,9 +34,6 @@ pub struct ChatterMargin {
     /// The nearest limit: `chatter`, `stiffness`.
     pub nearest: String,
 }
-
-/// Chosen: a fifth of the distance, as reserve for the error of the bench's model.
-const CAUTION: f64 = 0.2;
 
 impl ChatterMargin {
     pub(crate) fn of(law: &Law<f64>, margin: Result<Margin, Error>) -> Result<Self, Error> {

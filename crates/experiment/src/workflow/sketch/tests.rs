@@ -140,11 +140,29 @@ fn a_curve_that_cannot_be_rendered_has_a_reason_and_the_nearest_one_can_be_rende
     assert!(has(&thorough, "Stribeck velocity"), "{:?}", thorough.remarks);
     let near = drawn(&Sketch { nearest: true, ..steep.clone() });
     assert!(near.renderable, "{near:?}");
-    assert!(near.margin.is_some_and(|margin| margin >= 1.02), "{:?}", near.margin);
+    assert!(near.margin.is_some_and(|margin| margin >= AIR), "{:?}", near.margin);
+    assert!(near.nearest.as_ref().is_some_and(|nearest| nearest.left > CAUTION), "{:?}", near.nearest);
+    assert!(view.nearest.is_some_and(|nearest| nearest.left == 0.0));
     // Halfway back to the desired one it cannot be rendered.
     let farther: Vec<f64> = (0..4).map(|i| 0.5 * (near.desired[i] + steep.desired.unwrap()[i])).collect();
     let farther = Sketch { desired: farther.try_into().ok(), ..sketch() };
     assert!(!drawn(&farther).renderable);
+}
+
+#[test]
+fn a_stray_point_is_marked_and_explained_and_the_edge_names_the_drive() {
+    let exact = with_values(&preset().bench.desired, [0.28, 0.15, 2.0, 4e-4]);
+    let at = |speed: f64, torque: f64| Reference { speed, torque, weight: 1.0 };
+    let mut points: Vec<_> = [0.0, 2.0, 16.0, 70.0].map(|speed| at(speed, exact.magnitude(speed))).to_vec();
+    points.push(at(0.8, 1.3));
+    let view = drawn(&Sketch { points: points.clone(), fit: true, ..sketch() });
+    assert_eq!(view.strays, [4]);
+    assert!((view.desired[0] / 0.28 - 1.0).abs() < 0.01 && view.distance.unwrap() < 1e-3, "{view:?}");
+    assert!(view.remarks.iter().any(|remark| remark.starts_with("Reference point 5 at ")), "{:?}", view.remarks);
+    // The same without a fit, when the finished curve is drawn again.
+    let again = drawn(&Sketch { points, desired: Some(view.desired), thorough: true, ..sketch() });
+    assert_eq!((again.strays, again.desired), (view.strays, view.desired));
+    assert!(view.edges.iter().any(|edge| edge.largest && edge.limit == "drive"), "{:?}", view.edges);
 }
 
 #[test]
