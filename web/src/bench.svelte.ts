@@ -14,7 +14,8 @@ const STALE = 1500
 export type Action = { name: string; run: () => void }
 /** A message: the action done, how to undo it and the next step. */
 export type Message = { id: number; text: string; kind: 'done' | 'warning'; action?: Action; next?: Action }
-type Theme = 'system' | 'light' | 'dark'
+export const THEMES = ['system', 'light', 'dark'] as const
+type Theme = (typeof THEMES)[number]
 
 export function stored(key: string, otherwise: string): string {
   try {
@@ -50,6 +51,8 @@ class Bench {
   name = $state(stored('stickslip.name', ''))
   theme = $state<Theme>(stored('stickslip.theme', 'system') as Theme)
   speed = $state(Number(stored('stickslip.speed', '0')))
+  /** Whether single letters and digits are keys. */
+  letters = $state(stored('stickslip.letters', 'true') === 'true')
   acknowledgedLost = $state(0)
   acknowledgedMissed = $state(0)
   connection: Connection
@@ -97,14 +100,27 @@ class Bench {
   }
 
   nextTheme() {
-    this.theme = this.theme === 'system' ? 'light' : this.theme === 'light' ? 'dark' : 'system'
-    store('stickslip.theme', this.theme)
+    this.setTheme(THEMES[(THEMES.indexOf(this.theme) + 1) % THEMES.length]!)
     this.notify(`Theme: ${this.theme}`)
   }
 
+  setTheme(theme: Theme) {
+    this.theme = theme
+    store('stickslip.theme', theme)
+  }
+
   nextSpeed() {
-    this.speed = (this.speed + 1) % (this.machine?.speeds.length ?? 1)
-    store('stickslip.speed', String(this.speed))
+    this.setSpeed((this.speed + 1) % (this.machine?.speeds.length ?? 1))
+  }
+
+  setSpeed(index: number) {
+    this.speed = index
+    store('stickslip.speed', String(index))
+  }
+
+  setLetters(on: boolean) {
+    this.letters = on
+    store('stickslip.letters', String(on))
   }
 
   /** Reads parameters and machine data again. */

@@ -37,7 +37,7 @@ class Entered {
   /** Enters a value; with live editing it is downloaded. */
   async set(item: Item, value: string, what: string) {
     if (this.live) return void (await bench.apply({ [item.path]: value }, what))
-    const { [item.path]: _, ...others } = this.values
+    const others = Object.fromEntries(Object.entries(this.values).filter(([path]) => path !== item.path))
     await this.#take(value === this.on(item) ? others : { ...others, [item.path]: value })
   }
 

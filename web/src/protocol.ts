@@ -863,7 +863,7 @@ export type Drag = {
 export type Drawn = {
   /** Desired friction at each speed [N m]. */
   curve: number[]
-  /** As [`Sketch::desired`]. */
+  /** As [`Sketch::desired`](super::Sketch::desired). */
   desired: [number, number, number, number]
   /** The presliding loop of the desired friction. */
   desired_loop: Loop
@@ -879,6 +879,9 @@ export type Drawn = {
   least: number[]
   /** Factor of the difference torque at which a limit is reached; `null`: unlimited. */
   margin: number | null
+  /** The nearest of the limits; `null` if nothing is required. */
+  nearest: NearestLimit
+    | null
   /** Own friction at each speed [N m]. */
   own: number[]
   /** The presliding loop of the own friction, over the same way. */
@@ -889,6 +892,8 @@ export type Drawn = {
   renderable: boolean
   /** Speed ranges in which it cannot be rendered. */
   shortages: SpeedRange[]
+  /** Indices of the reference points that contradict the others and are not used. */
+  strays: number[]
 }
 /** A part of an edge of the renderable region. */
 export type Edge = {
@@ -896,7 +901,7 @@ export type Edge = {
   from: number
   /** Whether it is the edge of the largest friction, not of the smallest. */
   largest: boolean
-  /** `current`, `voltage`; `wheel` where the law renders no torque and the friction wheel alone acts. */
+  /** `drive`, `current`, `voltage`; `wheel` where the law renders no torque and the friction wheel alone acts. */
   limit: string
   /** Upper end [rad/s]. */
   to: number
@@ -1385,6 +1390,25 @@ export type MeasuredPoint = {
   /** Velocity [rad/s]. */
   velocity: number
 }
+/** The nearest limit of the region. */
+export type NearestLimit = {
+  /** Available value. */
+  available: number
+  /** Remaining share of the way to the limit, 0 … 1; 0: exceeded. */
+  left: number
+  /** `drive`, `current`, `voltage`, `slope`, `response`, `speed`. */
+  limit: string
+  /** Required value. */
+  needed: number
+  /** Speed at which it is nearest [rad/s]. */
+  speed: number
+  /** SI unit of both. */
+  unit: string
+}
+/** Whether a desired friction was rendered. */
+export type Outcome = "met"
+  | "not_met"
+  | "incomplete"
 /** A signal of one of several overlaid runs. */
 export type OverlaidRun = {
   /** The signal over the time of its own run. */
@@ -1500,9 +1524,12 @@ export type RenderedFriction = {
   keys: KeyEstimate[]
   /** Whether the measurement is running. */
   measuring: boolean
+  /** Whether the desired friction was rendered; `null` without a measurement. */
+  outcome: Outcome
+    | null
   /** Number of the run; `null` during the measurement and if there is none. */
   run: number | null
-  /** The result in a sentence. */
+  /** The outcome with its reasons, in sentences. */
   verdict: string
 }
 /** Progress or result of a replay. */
@@ -1643,7 +1670,7 @@ export type Simulated = {
 export type SpeedRange = {
   /** Lower end [rad/s]. */
   from: number
-  /** `current`, `voltage`, `slope`, `response`, `speed`. */
+  /** As [`NearestLimit::limit`]. */
   limit: string
   /** Reason, in a sentence. */
   reason: string

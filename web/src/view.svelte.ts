@@ -7,6 +7,9 @@ class View {
   keys = $state(false)
   log = $state(false)
   changes = $state(false)
+  settings = $state(false)
+  /** The dialog that ends the program. */
+  ending = $state(false)
   /** The parameter group open next to the window. */
   group = $state<{ name: string; path: string } | null>(null)
   /** How to close the open overlays, the topmost last. */

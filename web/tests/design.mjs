@@ -148,9 +148,10 @@ await play(async (scene) => {
   await scene.step('four clicks set four points, and the curve is fitted to them', async () => {
     await ann.keyboard.press('p')
     const sheet = await ann.locator('.sheet').boundingBox()
-    for (const [across, down] of [[0.01, 0.35], [0.2, 0.55], [0.45, 0.6], [0.85, 0.5]])
+    for (const [index, [across, down]] of [[0.01, 0.35], [0.2, 0.55], [0.45, 0.6], [0.85, 0.5]].entries()) {
       await ann.mouse.click(sheet.x + across * sheet.width, sheet.y + down * sheet.height)
-    await until('there are four points', async () => (await points.count()) === 4)
+      await until(`there are ${index + 1} points`, async () => (await points.count()) === index + 1)
+    }
     const list = ann.getByRole('region', { name: 'Reference points' })
     await list.getByText(/mN·m rms deviation/).waitFor()
     // The program computes the same fit for the same points.
@@ -197,8 +198,7 @@ await play(async (scene) => {
     await ann.getByLabel('Weight of point 5').press('Enter')
     await until('the curve follows it', async () => (await value('Breakaway torque')) > 0.4)
     assert.ok((await value('Breakaway torque')) < 1.25 * 1.2 + 1e-3, 'not above its points')
-    await ann.keyboard.press('Control+z')
-    await ann.keyboard.press('Control+z')
+    for (let step = 0; step < 2; step += 1) await ann.getByRole('main').getByRole('button', { name: 'Undo', exact: true }).click()
     await until('the earlier points', async () => (await points.count()) === 3)
   })
   await scene.step('one margin for all limits: a breakaway torque beyond the drive is refused, near it the download is confirmed twice', async () => {
@@ -229,7 +229,7 @@ await play(async (scene) => {
     await dialog.getByLabel('Download in spite of this').check()
     assert.ok(await confirm.isEnabled())
     await dialog.getByRole('button', { name: 'Cancel' }).click()
-    for (let step = 0; step < 3; step += 1) await ann.keyboard.press('Control+z')
+    for (let step = 0; step < 3; step += 1) await ann.getByRole('main').getByRole('button', { name: 'Undo', exact: true }).click()
     for (const [index, name] of NAMES.entries()) await becomes(name, before[index], 1e-4)
   })
   await scene.step('views: wheel, pan, previous, next, all; stretched or linear; another unit', async () => {
@@ -304,6 +304,8 @@ await play(async (scene) => {
     await dialog.getByText(/\d unchanged/).waitFor()
     assert.ok((await dialog.locator('tbody tr').count()) >= 2)
     await scene.snapshot(ann, 'design-download')
+    const confirmation = dialog.getByLabel('Download in spite of this')
+    if (await confirmation.count()) await confirmation.check()
     await dialog.getByRole('button', { name: /^Download \d/ }).click()
     await ann.getByText(/active on the target since cycle/).waitFor()
     await ann.getByRole('complementary').getByRole('button', { name: /^Measure again/ }).waitFor()

@@ -2,7 +2,7 @@ import { expect, test } from 'vitest'
 import type { Trace } from '../src/protocol'
 import { begin, defaultTolerance, shareOutside } from '../src/simulation/difference'
 
-const trace = (recorded: Trace['recorded'], difference: Trace['difference'] = recorded): Trace => ({ signal: '', unit: '', rms: 0, peak: 0, recorded, simulated: recorded, difference })
+const trace = (recorded: Trace['recorded'], difference: Trace['difference'] = recorded): Trace => ({ signal: '', symbol: '', unit: '', rms: 0, peak: 0, recorded, simulated: recorded, difference })
 
 test('the default tolerance is a hundredth of the recorded range', () => {
   expect(defaultTolerance(trace([[-1, null, 0], [0, null, 3]]))).toBeCloseTo(0.04)

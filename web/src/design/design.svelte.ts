@@ -136,6 +136,12 @@ class DesignState {
     this.change({ points, follow: follow && points.length > 0 }, name, key)
   }
 
+  /** Adds a reference point; points set at different times are steps of their own. */
+  addPoint(speed: number, torque: number, time: number) {
+    const point = { speed: Math.max(0, speed), torque: Math.max(1e-6, torque), weight: 1 }
+    this.setPoints([...(this.draft?.points ?? []), point], 'Point set', `${time}`)
+  }
+
   fit() {
     if (this.draft?.points.length) this.change({ follow: true }, 'Fit to points')
   }

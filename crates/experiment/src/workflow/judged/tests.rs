@@ -1,5 +1,6 @@
 use super::*;
 use crate::{Block, Dropped, FrictionCurve, FrictionPlan};
+use stickslip_base::Preset;
 use stickslip_base::parameters::presets;
 
 /// Deviations of one plateau: own friction from its model, command from the law, load motor from its command [N m].
@@ -13,7 +14,7 @@ struct Off {
 
 /// A completed measurement with these deviations at each set speed.
 fn measured(off: impl Fn(f64) -> Off) -> Rendering {
-    let preset = presets::find("clm-bench").unwrap().read().unwrap();
+    let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
     let plan = FrictionPlan::quick();
     let (rendering, _) = Rendering::planned(&plan, &preset.bench.desired, &preset.model, &preset.bench).unwrap();
     let law = rendering.law;
