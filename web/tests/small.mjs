@@ -53,7 +53,7 @@ await play(async (scene) => {
       socket.onMessage((message) => setTimeout(() => server.send(message), /"set"/.test(message) ? 1200 : 0))
     })
     await ann.goto(`${scene.bench.address.origin}/controller`)
-    const gain = ann.getByRole('region', { name: 'Gains' }).getByLabel(/position gain/)
+    const gain = ann.getByRole('region', { name: 'Gains' }).getByRole('textbox', { name: /position gain/ })
     await gain.fill('12')
     await gain.press('Enter')
     await ann.getByRole('button', { name: /^Download 1 change/ }).click()
