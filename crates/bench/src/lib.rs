@@ -30,6 +30,7 @@
 #![forbid(unsafe_code)]
 
 mod clocked;
+mod drives;
 mod error;
 pub mod external;
 pub mod faults;
@@ -45,6 +46,7 @@ mod virtual_bench;
 
 pub use clocked::{ClockedBench, ImmediateChanges, Keyframe, Keyframes, TimingReport, refusals};
 pub use clocked::{keyframe, overrun_sentence};
+pub use drives::{DriveSignals, MachineWithDrives, Rating};
 pub use error::BenchError;
 pub use faults::{Faulty, FaultyBench, Injection};
 pub use homing::home;

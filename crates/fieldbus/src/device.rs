@@ -22,9 +22,6 @@ pub const TERMINAL_PRODUCT: u32 = 0x0000_0401;
 /// Start of the sync managers, and control bytes: mailboxes, outputs with watchdog, inputs.
 const STARTS: [u16; 4] = [0x1000, 0x1080, 0x1100, 0x1200];
 const CONTROLS: [u8; 4] = [0x26, 0x22, 0x64, 0x20];
-/// Count of missed set-points at which synchronisation is lost; a missed one counts three, one in time takes one off.
-const MOST_MISSED: u32 = 32;
-
 /// Purpose of a device.
 #[derive(Debug)]
 pub(crate) enum Function {
@@ -36,6 +33,7 @@ pub(crate) enum Function {
 /// A device.
 #[derive(Debug)]
 pub(crate) struct Device {
+    pub(crate) name: String,
     pub(crate) memory: Memory,
     pub(crate) clock: Clock,
     eeprom: Eeprom,
@@ -98,6 +96,7 @@ impl Device {
             &described(2, Direction::Outputs),
         );
         Device {
+            name: name.into(),
             memory,
             clock: Clock::new(position, devices),
             eeprom,
@@ -313,8 +312,9 @@ impl Device {
         self.clock.pulsed(&self.memory, now);
         if self.state() == State::Operational {
             let is_fresh = std::mem::take(&mut self.fresh);
-            self.missed = if is_fresh { self.missed.saturating_sub(1) } else { self.missed + 3 };
-            if self.missed > MOST_MISSED {
+            // A missed set-point counts three, one in time takes one off.
+            self.missed = if is_fresh { self.missed.saturating_sub(1) } else { self.missed.saturating_add(3) };
+            if i64::from(self.missed) > self.objects.number(0x10F1, 2) {
                 self.fail(Code::Synchronisation);
             }
             self.apply(readings);

@@ -54,17 +54,22 @@ impl Segment {
         }
     }
 
+    /// Delays the set-points of all drives by a number of cycles; a main device may change it (object 0x2010:2).
+    pub fn delay_set_points(&mut self, cycles: u8) {
+        for device in &mut self.devices {
+            device.objects.set(0x2010, 2, cycles.into());
+        }
+    }
+
     /// Counters since the start.
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
     /// Names and states of the devices.
-    pub fn states(&self) -> Vec<(String, &'static str)> {
-        let name =
-            |device: &Device| String::from_utf8_lossy(&device.objects.read(0x1008, 0).unwrap_or_default()).into();
+    pub fn states(&self) -> Vec<(&str, &'static str)> {
         let state = |device: &Device| ["", "INIT", "PRE-OP", "", "SAFE-OP", "", "", "", "OP"][device.state() as usize];
-        self.devices.iter().map(|device| (name(device), state(device))).collect()
+        self.devices.iter().map(|device| (device.name.as_str(), state(device))).collect()
     }
 
     /// Lets time pass up to an instant [ns]: steps of the machine, SYNC0 of the devices, watchdogs.

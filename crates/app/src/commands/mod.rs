@@ -128,7 +128,8 @@ pub(crate) enum Command {
     Machine(machine::Machine),
     /// Serve the virtual machine to a bench in another process.
     #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7\n\
-                            Example: stickslip plant --io shm:axis")]
+                            Example: stickslip plant --io shm:axis\n\
+                            Example: stickslip plant --ethercat eth1 --analog 1")]
     Plant(plant::PlantCommand),
     /// Run the bench in real time and serve it to terminals, scripts and browsers.
     #[command(after_help = "Example: stickslip serve --seconds 1 --listen 127.0.0.1:0\n\

@@ -87,6 +87,15 @@ pub(crate) const COMMON: &[Object] = &[
             entry(U32, Constant, 0, "Serial number"),
         ],
     ),
+    record(
+        0x10F1,
+        "Error settings",
+        &[
+            count(2),
+            entry(U32, Constant, 1, "Local error reaction"),
+            entry(U16, Setting, 32, "Limit of the count of missed set-points"),
+        ],
+    ),
     array(
         0x1C00,
         "Sync manager types",

@@ -24,13 +24,22 @@ pub(crate) struct Clock {
     correction: i64,
     /// System time of the next SYNC0 [ns].
     next: Option<i64>,
+    /// Whether a pulse has come since the activation.
+    pulsed: bool,
 }
 
 impl Clock {
     pub(crate) fn new(position: usize, devices: usize) -> Self {
         // Each device has been on for a different time, and no two quartzes are equal.
         let deviation = [0, 18, -23, 11][position % 4];
-        Clock { position: position as u64, devices: devices as u64, deviation, correction: 0, next: None }
+        Clock {
+            position: position as u64,
+            devices: devices as u64,
+            deviation,
+            correction: 0,
+            next: None,
+            pulsed: false,
+        }
     }
 
     fn local(&self, now: u64) -> u64 {
@@ -92,6 +101,7 @@ impl Clock {
     pub(crate) fn activate(&mut self, memory: &Memory, now: u64) {
         let start = memory.number::<8>(SYNC_START) as i64;
         let ahead = start > self.system(memory, now);
+        self.pulsed = false;
         self.next = (Clock::is_active(memory) && Clock::cycle(memory) >= SHORTEST_CYCLE && ahead).then_some(start);
     }
 
@@ -100,8 +110,9 @@ impl Clock {
         self.next = None;
     }
 
+    /// Whether pulses come: the first has come, and the next will.
     pub(crate) fn is_pulsing(&self) -> bool {
-        self.next.is_some()
+        self.pulsed && self.next.is_some()
     }
 
     /// Instant of the next SYNC0.
@@ -112,6 +123,7 @@ impl Clock {
 
     /// The pulse has come: the next is a cycle later, after the present time also if the clock was set forward.
     pub(crate) fn pulsed(&mut self, memory: &Memory, now: u64) {
+        self.pulsed = true;
         let cycle = Clock::cycle(memory);
         let following = |last: i64| {
             let behind = self.system(memory, now).wrapping_sub(last).max(0);

@@ -62,8 +62,9 @@ fn set_points_act_at_sync0() {
     let mut bus = synchronised(10_500_000, 1_000_000);
     bus.to_safe_operational(1);
     bus.request(0, 8);
-    for control in [0, 0, 0x06, 0x07, 0x0F, 0x0F, 0x0F, 0x0F, 0x0F, 0x0F, 0x06, 0x07, 0x0F] {
-        bus.cycle(&[(control, 0, 10)]);
+    bus.cycles(15, &[(0, 0, 10)]);
+    for control in [0x06, 0x07, 0x0F] {
+        bus.cycles(2, &[(control, 0, 10)]);
     }
     assert_eq!(bus.status(0), (8, 0));
     let inputs = bus.cycles(20, &[(0x0F, 100, 10)]);

@@ -1,0 +1,96 @@
+//! The virtual machine behind emulated servo drives.
+
+use std::io::{self, ErrorKind, Write};
+use std::time::Duration;
+
+use stickslip::bench::MachineWithDrives;
+use stickslip::{Preset, Watch};
+use stickslip_fieldbus::{DriveSheet, Machine, Readings, Segment, Server, Shaft};
+
+use super::PlantCommand;
+use crate::failure::Failure;
+
+/// Drive motor and load motor of the virtual machine.
+struct Motors(MachineWithDrives);
+
+impl Machine for Motors {
+    fn period(&self) -> u64 {
+        (self.0.period() * 1e9).round() as u64
+    }
+
+    fn step(&mut self, torques: &[f64], readings: &mut Readings) {
+        let torque = |at: usize| torques.get(at).copied().unwrap_or(0.0);
+        let (signals, accelerometer) = self.0.exchange([torque(0), torque(1)]);
+        for (shaft, signals) in readings.shafts.iter_mut().zip(signals) {
+            let stickslip::bench::DriveSignals { angle, velocity, torque, index } = signals;
+            *shaft = Shaft { angle, velocity, torque, index };
+        }
+        if let Some(signal) = readings.analogue.first_mut() {
+            *signal = accelerometer;
+        }
+    }
+}
+
+/// Data sheets of the drives.
+fn sheets(machine: &MachineWithDrives, preset: &Preset<f64>, count: usize) -> Vec<DriveSheet> {
+    let names = ["stickslip drive motor", "stickslip load motor"];
+    let inertia = preset.plant.drive.inertia();
+    let sheet = |(name, rating): (&str, stickslip::bench::Rating)| DriveSheet {
+        name: name.into(),
+        rated_torque: rating.torque,
+        rated_current: rating.current,
+        // Velocity control of 20 Hz.
+        velocity_gain: inertia * 125.0,
+        ..DriveSheet::default()
+    };
+    names.into_iter().zip(machine.ratings()).take(count).map(sheet).collect()
+}
+
+impl PlantCommand {
+    /// Serves the drives until the watch is cancelled, or with `--once` until they have been in OP and have left it.
+    pub(super) fn serve_drives(
+        &self,
+        interface: &str,
+        preset: &Preset<f64>,
+        out: &mut dyn Write,
+        watch: &Watch,
+    ) -> Result<(), Failure> {
+        let machine = MachineWithDrives::new(preset, self.seed)?;
+        let sheets = sheets(&machine, preset, self.segment.drives.into());
+        let mut segment = Segment::new(&sheets, self.segment.analog.into(), Box::new(Motors(machine)));
+        segment.delay_set_points(self.segment.torque_delay);
+        let jitter = Duration::from_micros(self.segment.frame_jitter.into());
+        let mut server = Server::bind(interface, segment, jitter).map_err(|error| refusal(interface, &error))?;
+        self.shown.print_line(out, &format!("ethercat:{interface}"))?;
+        let (mut last, mut printed, mut was_operational) = (Vec::new(), Ok(()), false);
+        server
+            .serve(|segment| {
+                let states = segment.states();
+                if !states.iter().map(|(_, state)| *state).eq(last.iter().copied()) {
+                    let text: Vec<String> = states.iter().map(|(name, state)| format!("{name}: {state}")).collect();
+                    printed = self.shown.print_line(out, &text.join(", "));
+                    last = states.iter().map(|(_, state)| *state).collect();
+                }
+                let is_operational = last.contains(&"OP");
+                let ends = self.once && was_operational && !is_operational;
+                was_operational |= is_operational;
+                watch.check().is_ok() && printed.is_ok() && !ends
+            })
+            .map_err(|error| Failure::Served(format!("{interface}: {error}. Switch the interface on again.")))?;
+        printed?;
+        let counters = server.segment().counters();
+        let text = format!(
+            "{} frames, {} datagrams, {} frames lost on request, {} steps of the machine, {} left out.",
+            counters.frames, counters.datagrams, counters.lost, counters.steps, counters.skipped
+        );
+        self.shown.print_line(out, &text)
+    }
+}
+
+fn refusal(interface: &str, error: &io::Error) -> Failure {
+    let remedy = match error.kind() {
+        ErrorKind::PermissionDenied => "Raw sockets need the capability CAP_NET_RAW: run as root.",
+        _ => "`ip link` lists the interfaces; `ip link set NAME up` switches one on.",
+    };
+    Failure::Served(format!("{interface}: {error}. {remedy}"))
+}
