@@ -153,8 +153,7 @@ impl Drive {
     pub(crate) fn torque(&mut self, objects: &Objects, shaft: &Shaft, dt: f64) -> f64 {
         let rated = self.sheet.rated_torque;
         let trip = objects.number(0x2010, 1) as f64 * PER_MILLE * rated;
-        // Also for a reading that is not finite.
-        if !(shaft.torque.abs() <= trip) {
+        if shaft.torque.abs() > trip || !shaft.torque.is_finite() {
             self.fail(OVER_CURRENT);
         }
         let demand = match self.power {

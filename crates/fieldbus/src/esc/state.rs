@@ -156,7 +156,7 @@ mod tests {
     fn operation_waits_for_outputs_and_for_the_clock() {
         for (outputs, synchronised, code) in [(None, true, 0x19), (Some(7), false, 0x2D)] {
             let mut states = States::new();
-            [2, 4, 8].map(|control| request(&mut states, control));
+            [2, 4, 8].into_iter().for_each(|control| request(&mut states, control));
             states.complete(PATIENCE, outputs, synchronised);
             assert_eq!(states.status(), 4);
             states.complete(PATIENCE + 1, outputs, synchronised);

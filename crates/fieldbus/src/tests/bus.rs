@@ -104,7 +104,7 @@ impl Bus {
     }
 
     /// Addresses, mailboxes, PRE-OP.
-    pub(super) fn to_pre_operational(&mut self) {
+    pub(super) fn reach_pre_operational(&mut self) {
         for position in 0..self.segment.states().len() as u16 {
             self.write(position, STATION, &(0x1001 + position).to_le_bytes());
             self.manager(position, 0, 0x1000, 128, 0x26);
@@ -114,7 +114,7 @@ impl Bus {
     }
 
     /// Process data of the drives with default mapping: outputs at 0, inputs at 0x100; SAFE-OP.
-    pub(super) fn to_safe_operational(&mut self, drives: u16) {
+    pub(super) fn reach_safe_operational(&mut self, drives: u16) {
         for position in 0..drives {
             self.manager(position, 2, 0x1100, OUTPUTS, 0x64);
             self.manager(position, 3, 0x1200, INPUTS, 0x20);
@@ -124,9 +124,9 @@ impl Bus {
         }
     }
 
-    pub(super) fn to_operational(&mut self, drives: u16) {
-        self.to_pre_operational();
-        self.to_safe_operational(drives);
+    pub(super) fn reach_operational(&mut self, drives: u16) {
+        self.reach_pre_operational();
+        self.reach_safe_operational(drives);
         for position in 0..drives {
             self.request(position, 8);
         }

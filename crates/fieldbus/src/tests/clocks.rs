@@ -27,7 +27,7 @@ fn align(bus: &mut Bus) -> i64 {
 #[test]
 fn clocks_follow_the_reference_in_spite_of_their_drift() {
     let mut bus = Bus::new(2, 1);
-    bus.to_pre_operational();
+    bus.reach_pre_operational();
     align(&mut bus);
     let mut differences = Vec::new();
     for _ in 0..2000 {
@@ -47,7 +47,7 @@ fn clocks_follow_the_reference_in_spite_of_their_drift() {
 /// One drive with SYNC0 at a start, in SAFE-OP.
 fn synchronised(ahead: i64, cycle: u32) -> Bus {
     let mut bus = Bus::new(1, 0);
-    bus.to_pre_operational();
+    bus.reach_pre_operational();
     bus.write(0, 0x0981, &[0]);
     bus.write(0, 0x0980, &[0]);
     let now = number(&bus.read(0, 0x0910, 8));
@@ -60,7 +60,7 @@ fn synchronised(ahead: i64, cycle: u32) -> Bus {
 #[test]
 fn set_points_act_at_sync0() {
     let mut bus = synchronised(10_500_000, 1_000_000);
-    bus.to_safe_operational(1);
+    bus.reach_safe_operational(1);
     bus.request(0, 8);
     bus.cycles(15, &[(0, 0, 10)]);
     for control in [0x06, 0x07, 0x0F] {
@@ -77,7 +77,7 @@ fn set_points_act_at_sync0() {
 #[test]
 fn a_start_in_the_past_gives_no_pulse_and_no_operation() {
     let mut bus = synchronised(-1_000, 1_000_000);
-    bus.to_safe_operational(1);
+    bus.reach_safe_operational(1);
     bus.request(0, 8);
     bus.cycles(1100, &[(0, 0, 10)]);
     assert_eq!(bus.status(0), (0x14, 0x2D));
@@ -95,7 +95,7 @@ fn a_cycle_that_is_too_short_is_refused() {
 fn a_lost_sync0_and_missed_set_points_end_operation_with_their_codes() {
     let operational = || {
         let mut bus = synchronised(2_500_000, 1_000_000);
-        bus.to_safe_operational(1);
+        bus.reach_safe_operational(1);
         bus.request(0, 8);
         bus.cycles(20, &[(0, 0, 10)]);
         assert_eq!(bus.status(0), (8, 0));

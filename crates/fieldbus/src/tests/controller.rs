@@ -66,19 +66,19 @@ fn mailboxes_that_differ_from_the_description_are_refused() {
 #[test]
 fn wrong_lengths_of_process_data_are_refused_with_the_code_of_their_direction() {
     let mut bus = Bus::new(1, 0);
-    bus.to_pre_operational();
+    bus.reach_pre_operational();
     for (outputs, inputs, code) in [(OUTPUTS + 1, INPUTS, 0x1D), (OUTPUTS, INPUTS - 1, 0x1E), (0, INPUTS, 0x1D)] {
         bus.manager(0, 2, 0x1100, outputs, 0x64);
         bus.manager(0, 3, 0x1200, inputs, 0x20);
         assert_eq!(bus.request(0, 0x14), (0x12, code));
     }
-    bus.to_safe_operational(1);
+    bus.reach_safe_operational(1);
 }
 
 #[test]
 fn a_read_and_write_counts_three_for_each_drive() {
     let mut bus = Bus::new(2, 0);
-    bus.to_operational(2);
+    bus.reach_operational(2);
     // From the outputs of both to the inputs of both.
     let length = 0x100 + 2 * usize::from(INPUTS);
     assert_eq!(bus.send(LRW, 0, 0, &vec![0; length]).1, 6);
@@ -89,8 +89,8 @@ fn a_read_and_write_counts_three_for_each_drive() {
 #[test]
 fn before_safe_op_there_is_no_process_data() {
     let mut bus = Bus::new(1, 0);
-    bus.to_pre_operational();
-    bus.to_safe_operational(1);
+    bus.reach_pre_operational();
+    bus.reach_safe_operational(1);
     assert_eq!(bus.request(0, 2), (2, 0));
     assert_eq!(bus.send(LRD, 0x100, 0, &[0; 16]).1, 0);
 }
@@ -98,7 +98,7 @@ fn before_safe_op_there_is_no_process_data() {
 #[test]
 fn without_outputs_operation_ends_with_the_code_of_the_watchdog() {
     let mut bus = Bus::new(2, 0);
-    bus.to_operational(2);
+    bus.reach_operational(2);
     bus.cycles(10, &[(0, 0, 10); 2]);
     bus.now += 90 * CYCLE;
     assert_eq!(bus.status(0), (8, 0));
@@ -115,7 +115,7 @@ fn without_outputs_operation_ends_with_the_code_of_the_watchdog() {
 #[test]
 fn process_data_is_lost_or_ignored_on_request() {
     let mut bus = Bus::new(2, 0);
-    bus.to_operational(2);
+    bus.reach_operational(2);
     bus.download(0, 0x2020, 2, &[1, 0]).unwrap();
     bus.download(1, 0x2020, 3, &[1, 0]).unwrap();
     assert_eq!(bus.try_send(LRD, 0x100, 0, &[0; 32]), None);

@@ -8,7 +8,7 @@ const TORQUE: i8 = 10;
 /// Two drives in operation, enabled.
 fn enabled(mode: i8) -> Bus {
     let mut bus = Bus::new(2, 0);
-    bus.to_operational(2);
+    bus.reach_operational(2);
     for control in [0x06, 0x07, 0x0F] {
         bus.cycle(&[(control, 0, mode); 2]);
     }
@@ -133,6 +133,6 @@ impl Machine for Broken {
 #[test]
 fn a_reading_that_is_not_finite_switches_off() {
     let mut bus = Bus::with(1, 0, Box::new(Broken));
-    bus.to_operational(1);
+    bus.reach_operational(1);
     assert_eq!(bus.cycles(3, &[(0x06, 0, TORQUE)]).error, 0x2310);
 }

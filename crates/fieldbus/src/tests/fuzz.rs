@@ -36,7 +36,7 @@ fn no_frame_of_any_bytes_stops_the_segment() {
     for round in 0..40_000 {
         if round % 4_000 == 0 {
             bus = Bus::new(2, 1);
-            bus.to_operational(2);
+            bus.reach_operational(2);
         }
         let data = random.bytes(160);
         let place = PLACES[random.below(PLACES.len())].wrapping_add(random.below(4) as u16);
@@ -67,7 +67,7 @@ fn no_frame_of_any_bytes_stops_the_segment() {
 fn no_mailbox_message_of_any_bytes_stops_a_device() {
     let mut random = Random(0xD1B5_4A32_D192_ED03);
     let mut bus = Bus::new(1, 0);
-    bus.to_pre_operational();
+    bus.reach_pre_operational();
     for round in 0..40_000_u32 {
         let services = [0x20, 0x80, random.next() as u8];
         let mut message = vec![random.below(140) as u8, 0, 0, 0, 0, 3 | ((round % 7) as u8 + 1) << 4];

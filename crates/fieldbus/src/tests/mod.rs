@@ -1,4 +1,4 @@
-#![expect(clippy::unwrap_used, reason = "tests")]
+//! Tests of a whole segment, without a network.
 
 mod bus;
 mod clocks;

@@ -5,7 +5,7 @@ use crate::esc::memory::SYNC_MANAGER;
 
 fn bus() -> Bus {
     let mut bus = Bus::new(1, 1);
-    bus.to_pre_operational();
+    bus.reach_pre_operational();
     bus
 }
 

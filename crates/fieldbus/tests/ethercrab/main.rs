@@ -78,11 +78,7 @@ fn with_segment(run: impl FnOnce(&MainDevice<'static>) + Send) {
             mailbox_response: Duration::from_secs(2),
             ..Timeouts::default()
         };
-        let config = MainDeviceConfig {
-            dc_static_sync_iterations: 200,
-            retry_behaviour: RetryBehaviour::Count(5),
-            ..MainDeviceConfig::default()
-        };
+        let config = MainDeviceConfig { dc_static_sync_iterations: 200, retry_behaviour: RetryBehaviour::Count(5) };
         let end = End(&ended);
         // The list of objects has room for all indices, on the stack.
         let main_device = std::thread::Builder::new().stack_size(64 << 20);
