@@ -107,7 +107,8 @@ async fn operational(main: &MainDevice<'static>) -> Group {
         assert_eq!(device.identity().vendor_id, VENDOR);
         if device.name() != "stickslip emulated input" {
             objects(&device).await;
-            // A loaded computer may be late: set-points are not supervised here.
+            // A loaded computer may be late: 1 s of watchdog, and missed set-points are not supervised.
+            device.register_write(0x0420_u16, 10_000_u16).await.unwrap();
             device.sdo_write(0x10F1, 2, u16::MAX).await.unwrap();
             device.set_dc_sync(DcSync::Sync0);
         }
@@ -188,7 +189,7 @@ fn ethercrab_brings_two_drives_to_operation_and_turns_them() {
             assert_eq!(cycles(&group, main, 10, 0x80, 0).await.0 & 0x6F, 0x40);
 
             // Without set-points.
-            std::thread::sleep(Duration::from_millis(250));
+            std::thread::sleep(Duration::from_millis(1300));
             let device = group.subdevice(main, 0).unwrap();
             assert_eq!(device.register_read::<u16>(0x0130_u16).await.unwrap(), 0x14);
             assert_eq!(device.register_read::<u16>(0x0134_u16).await.unwrap(), 0x1B);
