@@ -47,7 +47,9 @@ pub(crate) fn prepare(target: &Path) -> Prepared {
         }
         let outcome = install(&python, &PACKAGES).map_or(Outcome::Passed, Outcome::Skipped);
         if install(&python, &MAIN_DEVICES).is_some() {
-            println!("skipped: pip has no wheels of pysoem and kickcat, so the emulated drives were not operated by them");
+            println!(
+                "skipped: pip has no wheels of pysoem and kickcat, so the emulated drives were not operated by them"
+            );
         }
         Ok(outcome)
     })

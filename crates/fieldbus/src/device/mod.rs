@@ -173,9 +173,9 @@ impl Device {
                 self.objects.set(0x6000, 1, (signal * 32767.0).round() as i64);
             }
         }
-        if self.exchanges() {
+        let manager = SyncManager::new(&self.memory, 3);
+        if self.exchanges() && manager.is_active {
             let bytes = self.inputs.give(&self.objects);
-            let manager = SyncManager::new(&self.memory, 3);
             self.memory.set(manager.start, &bytes[..bytes.len().min(manager.length.into())]);
         }
     }

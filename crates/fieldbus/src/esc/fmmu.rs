@@ -1,6 +1,6 @@
 //! Process data by logical addresses: memory management units and sync managers, as configured in the registers.
 
-use super::memory::{FMMU, Memory, SYNC_MANAGER};
+use super::memory::{DATA, FMMU, Memory, SYNC_MANAGER};
 
 /// Number of units, and of sync managers.
 pub(crate) const COUNT: u16 = 4;
@@ -72,12 +72,14 @@ pub(crate) struct SyncManager {
 impl SyncManager {
     pub(crate) fn new(memory: &Memory, number: u16) -> Self {
         let at = SYNC_MANAGER + 8 * number;
+        let start = memory.word(at);
         SyncManager {
             number,
-            start: memory.word(at),
+            start,
             length: memory.word(at + 2),
             control: memory.byte(at + 4),
-            is_active: memory.byte(at + 6) & 1 != 0,
+            // Registers are not a buffer.
+            is_active: memory.byte(at + 6) & 1 != 0 && start >= DATA,
         }
     }
 
