@@ -37,6 +37,7 @@ const common: Command[] = [
   { name: 'Undo', key: 'Ctrl Z', run: () => (entered.any ? entered.undo() : void bench.undo()), off: () => bench.blocked },
   { name: 'Find or run', key: 'Ctrl K', run: () => (view.palette = true) },
   { name: 'Keys', key: '?', run: () => (view.keys = true) },
+  { name: 'Parameter sets', key: '', run: () => (view.sets = true) },
   { name: 'Settings', key: '', run: () => (view.settings = true) },
   { name: 'Close', key: '', run: () => (view.ending = true) },
   { name: 'Messages', key: 'Shift M', run: () => (view.log = true) },

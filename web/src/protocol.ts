@@ -86,6 +86,11 @@ export type Call = {
   call: "sets"
 }
   | {
+  call: "preview_set"
+  /** Its name. */
+  name: string
+}
+  | {
   call: "parameters"
 }
   | {

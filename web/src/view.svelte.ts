@@ -8,6 +8,7 @@ class View {
   log = $state(false)
   changes = $state(false)
   settings = $state(false)
+  sets = $state(false)
   /** The dialog that ends the program. */
   ending = $state(false)
   /** The parameter group open next to the window. */

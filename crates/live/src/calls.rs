@@ -63,6 +63,7 @@ impl Live {
             Call::OpenAgain {} => self.open_again(),
             Call::Save { name } => shared.parameters.save(&name),
             Call::Sets {} => Ok(shared.parameters.names()),
+            Call::PreviewSet { name } => shared.parameters.preview_set(&name),
             Call::Parameters {} => Ok(shared.parameters.text()),
             Call::Differences {} => Ok(shared.parameters.differences()),
             Call::Items {} => Ok(shared.parameters.items()),

@@ -119,6 +119,12 @@ impl Parameters {
         Answer::Names { names: self.sets.names() }
     }
 
+    /// The differences that a saved set would make.
+    pub(super) fn preview_set(&self, name: &str) -> Result<Answer, Error> {
+        let proposal = self.tuning().load(self.saved(name)?)?;
+        Ok(Answer::Differences { differences: Changed::all(&proposal.differences) })
+    }
+
     /// A saved set.
     pub(super) fn saved(&self, name: &str) -> Result<Source, Error> {
         self.sets.find(name)

@@ -88,6 +88,11 @@ pub enum Call {
     },
     /// List the names of the saved sets of parameters.
     Sets {},
+    /// List the differences that a saved set of parameters would make; the bench is unchanged.
+    PreviewSet {
+        /// Its name.
+        name: String,
+    },
     /// Read the active parameters as a file.
     Parameters {},
     /// List the active parameters that differ from those of the start of the run.
@@ -362,6 +367,7 @@ impl Call {
             self,
             Call::Status {}
                 | Call::Sets {}
+                | Call::PreviewSet { .. }
                 | Call::Parameters {}
                 | Call::Differences {}
                 | Call::Frictions { .. }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::LiveError;
 use stickslip_design::DesignError;
+use stickslip_experiment::workflow::judged::Outcome;
 
 #[test]
 fn a_measurement_writes_its_results_and_blocks_changes_of_parameters() {
@@ -148,6 +149,7 @@ fn the_rendered_friction_is_measured_shown_and_reported() {
     let complete = rendered(None);
     assert_eq!((complete.run, complete.measuring, complete.figures.len()), (Some(2), false, 4));
     assert!(complete.verdict.contains("% of M_S"), "{}", complete.verdict);
+    assert_eq!(complete.outcome, Some(Outcome::Met), "{}", complete.verdict);
     is_as_in_summary(&complete.keys[0], &project.path().join("runs/0002-render"));
     // It is listed as a curve, but not as the own friction.
     let curves = |live: &Live| match live.call("looks", Call::Curves {}).unwrap() {
@@ -169,6 +171,15 @@ fn the_rendered_friction_is_measured_shown_and_reported() {
     {
         assert!(page.contains(part), "{part}");
     }
+    // The number of its folder is that of the catalogue.
+    let listed = || match live.call("looks", Call::Runs { query: "report".into(), limit: 5 }).unwrap() {
+        Answer::Runs { runs, .. } => runs.iter().map(|run| run.number).collect::<Vec<_>>(),
+        other => panic!("{other:?}"),
+    };
+    while listed().is_empty() {
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(listed(), [3]);
     assert!(live.report_page(77).unwrap_err().to_string().contains("no run with a report 77"));
     // Links are not followed.
     #[cfg(unix)]

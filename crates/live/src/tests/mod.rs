@@ -186,6 +186,7 @@ fn invalid_calls_are_refused_and_change_nothing() {
     assert!(refused(Call::Move { reference: "sine".into(), values, render: true }).contains("render"));
     assert!(refused(set("bench.tick_rate", "2000")).contains("Restart the bench"));
     assert!(refused(Call::Load { name: "none".into() }).contains("No set is saved"));
+    assert!(refused(Call::PreviewSet { name: "none".into() }).contains("No set is saved"));
     assert!(refused(Call::Preload { preload: f64::NAN }).contains("0 releases"));
     let capture = |signal: &str, trigger: &str, after: f64| Call::Capture {
         signals: vec![signal.into()],
