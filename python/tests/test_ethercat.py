@@ -21,6 +21,11 @@ def namespace():
     return None
 
 
+def test_an_unknown_interface_is_reported_with_its_remedy(program):
+    run = subprocess.run([program, "plant", "--ethercat", "nowhere"], capture_output=True, text=True, timeout=60)
+    assert run.returncode == 1 and "nowhere" in run.stderr and "`ip link`" in run.stderr, run.stderr
+
+
 @pytest.mark.parametrize("name, package", [("soem", "pysoem"), ("kickcat", "kickcat")])
 def test_main_device_operates_the_drives_of_the_virtual_machine(name, package, program):
     pytest.importorskip(package)

@@ -46,16 +46,16 @@ pub(crate) struct PlantCommand {
 #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "emulated drives need Linux"))]
 struct SegmentOptions {
     /// Number of drives: 1 is the drive motor, 2 the load motor also.
-    #[arg(long, value_name = "N", default_value_t = 2, requires = "ethercat", value_parser = clap::value_parser!(u8).range(1..=2))]
+    #[arg(long, value_name = "N", default_value_t = 2, conflicts_with = "io", value_parser = clap::value_parser!(u8).range(1..=2))]
     drives: u8,
     /// Number of analogue inputs; the first has the accelerometer, the others read zero.
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "ethercat", value_parser = clap::value_parser!(u8).range(0..=4))]
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "io", value_parser = clap::value_parser!(u8).range(0..=4))]
     analog: u8,
     /// Delay of the torque in cycles.
-    #[arg(long, value_name = "CYCLES", default_value_t = 0, requires = "ethercat", value_parser = clap::value_parser!(u8).range(0..=64))]
+    #[arg(long, value_name = "CYCLES", default_value_t = 0, conflicts_with = "io", value_parser = clap::value_parser!(u8).range(0..=64))]
     torque_delay: u8,
     /// Largest additional delay of a frame in microseconds, at random.
-    #[arg(long, value_name = "MICROSECONDS", default_value_t = 0, requires = "ethercat")]
+    #[arg(long, value_name = "MICROSECONDS", default_value_t = 0, conflicts_with = "io")]
     frame_jitter: u32,
 }
 

@@ -71,7 +71,8 @@ impl PlantCommand {
                     printed = self.shown.print_line(out, &text.join(", "));
                     last = states.iter().map(|(_, state)| *state).collect();
                 }
-                let is_operational = last.contains(&"OP");
+                // Only drives have a watchdog: an input stays in OP when its main device ends.
+                let is_operational = last.iter().take(sheets.len()).any(|state| *state == "OP");
                 let ends = self.once && was_operational && !is_operational;
                 was_operational |= is_operational;
                 watch.check().is_ok() && printed.is_ok() && !ends
