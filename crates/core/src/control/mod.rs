@@ -33,6 +33,7 @@ pub use predictive::{
 pub use velocity_observer::{VelocityObserver, VelocityObserverInput, VelocityObserverOutput, VelocityObserverState};
 
 #[cfg(test)]
+#[path = "tests/axis.rs"]
 mod axis_tests;
 #[cfg(test)]
 mod tests;
