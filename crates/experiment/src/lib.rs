@@ -37,6 +37,7 @@ mod presliding;
 mod rendering;
 mod response;
 mod tracking;
+pub mod trial;
 pub mod true_friction;
 pub mod workflow;
 

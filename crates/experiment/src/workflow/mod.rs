@@ -17,6 +17,7 @@ pub mod render;
 pub mod results;
 pub mod sketch;
 mod through;
+pub mod trial;
 
 use std::path::Path;
 

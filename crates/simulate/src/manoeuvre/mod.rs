@@ -1,9 +1,14 @@
 //! Manoeuvres of the benchmark, and their measures.
 
+mod scores;
+
+pub use scores::Scores;
+
 use std::f64::consts::TAU;
 
 use stickslip_core::control::reference::{Constant, MotionLimits, PointToPoint, Ramp, Reference, Sine, Steps};
 
+use scores::{noise, rms};
 use stickslip_base::preset::Preset;
 use stickslip_design::Hunting;
 
@@ -144,6 +149,30 @@ impl Manoeuvre {
         self != Manoeuvre::Strokes
     }
 
+    /// Its name for people, with its size.
+    pub fn title(self) -> &'static str {
+        match self {
+            Manoeuvre::Reversal => "Reversal (sine of 20 rad, 0.1 Hz)",
+            Manoeuvre::SlowSine => "Sine 0.5 Hz, 2 rad",
+            Manoeuvre::FastSine => "Sine 2 Hz, 2 rad",
+            Manoeuvre::Steps => "Steps of 10 µm",
+            Manoeuvre::Creep => "Creep (0.05 rad/s)",
+            Manoeuvre::PointToPoint => "Point to point, 10 rad",
+            Manoeuvre::Hold => "Hold at a set-point",
+            Manoeuvre::Strokes => "Strokes of 10 µm to 100 mm",
+        }
+    }
+
+    /// Start of its evaluation [s].
+    pub fn evaluated_from(self) -> f64 {
+        match self {
+            Manoeuvre::SlowSine | Manoeuvre::FastSine => FADE_IN,
+            Manoeuvre::Creep => STEADY,
+            Manoeuvre::Hold => HELD,
+            Manoeuvre::Reversal | Manoeuvre::Steps | Manoeuvre::PointToPoint | Manoeuvre::Strokes => 0.0,
+        }
+    }
+
     /// The set-points on a machine, with a place chosen by `chance` (0 … 1), and their duration [s].
     pub fn reference(self, preset: &Preset<f64>, chance: f64) -> (Reference<f64>, f64) {
         let sine = |amplitude, frequency, fade_time| Reference::Sine(Sine { amplitude, frequency, fade_time });
@@ -177,8 +206,6 @@ impl Manoeuvre {
     pub fn judge(self, course: &Course, preset: &Preset<f64>, chance: f64) -> Vec<f64> {
         let Course { period, deviation, .. } = course;
         let from = |time: f64| ((time / period).round() as usize).min(deviation.len());
-        let rms =
-            |values: &[f64]| libm::sqrt(values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64);
         let extent = |values: &[f64]| {
             let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
             high - low
@@ -265,11 +292,4 @@ fn settling<'a>(rests: impl Iterator<Item = &'a [f64]>, tolerance: f64, period: 
         }
     }
     vec![if settled > 0.0 { sum / settled } else { f64::NAN }, 1.0 - settled / all]
-}
-
-/// Standard deviation of white noise in a slowly changing torque [N m].
-fn noise(torque: &[f64]) -> f64 {
-    let bends = torque.windows(3).map(|three| three[1] - 0.5 * (three[0] + three[2]));
-    let square: f64 = bends.map(|bend| bend * bend).sum();
-    libm::sqrt(square / 1.5 / (torque.len() as f64 - 2.0).max(1.0))
 }

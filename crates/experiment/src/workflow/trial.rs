@@ -1,0 +1,170 @@
+//! A trial, as `trial.parquet`, report and summary.
+
+use std::path::Path;
+
+use crate::trial::{Repetition, Trial, TrialMotion};
+use stickslip_base::figure::{Axis, Figure, Role, Series};
+use stickslip_base::quantity::Estimate;
+use stickslip_base::report::{Cell, Provenance, Report, Table};
+use stickslip_base::statistics::{bootstrap, mean};
+use stickslip_base::table::Column;
+use stickslip_base::{Error, Preset, Summary, output, parameters};
+use stickslip_recording::table::write_parquet;
+use stickslip_simulate::manoeuvre::Scores;
+
+/// Largest number of points of a curve in a figure.
+const POINTS: usize = 2000;
+/// Name of the table of all samples.
+pub const DATA: &str = "trial.parquet";
+
+/// A score of a trial.
+#[derive(Clone, Copy, Debug)]
+pub struct Score {
+    /// Stable name.
+    pub name: &'static str,
+    /// Title in a table.
+    pub title: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    of: fn(&Scores) -> Option<f64>,
+}
+
+const fn score(name: &'static str, title: &'static str, unit: &'static str, of: fn(&Scores) -> Option<f64>) -> Score {
+    Score { name, title, unit, of }
+}
+
+/// All scores, in the order of a table.
+pub const SCORES: [Score; 8] = [
+    score("tracking_rms", "tracking, RMS", "rad", |scores| Some(scores.tracking_rms)),
+    score("tracking_peak", "tracking, peak", "rad", |scores| Some(scores.tracking_peak)),
+    score("reversal_peak", "reversal, peak", "rad", |scores| scores.reversal_peak),
+    score("settling", "settling", "s", |scores| scores.settling),
+    score("unsettled", "not settled", "1", |scores| scores.unsettled),
+    score("hunting_amplitude", "hunting, amplitude", "rad", |scores| scores.hunting.map(|it| it.amplitude)),
+    score("hunting_interval", "hunting, interval", "s", |scores| scores.hunting.map(|it| it.interval)),
+    score("torque_noise", "torque noise", "N m", |scores| Some(scores.torque_noise)),
+];
+
+impl Score {
+    /// Mean over the repetitions that have it, and half of its 95 % interval for at least two.
+    pub fn over(&self, repetitions: &[Repetition]) -> Option<(f64, Option<f64>)> {
+        let values: Vec<f64> = repetitions.iter().filter_map(|repetition| (self.of)(&repetition.scores)).collect();
+        let all = (!values.is_empty()).then(|| mean(values.iter().copied()))?;
+        let half = (values.len() > 1).then(|| {
+            let [low, high] = bootstrap(values.len(), |drawn| mean(drawn.iter().map(|&k| values[k])));
+            0.5 * (high - low)
+        });
+        Some((all, half))
+    }
+}
+
+/// A finished trial with everything that its report states.
+#[derive(Clone, Debug)]
+pub struct TrialRun {
+    /// Parameters of the bench.
+    pub preset: Preset<f64>,
+    /// The motion.
+    pub motion: TrialMotion,
+    /// The controller with compensation and hold, in words.
+    pub controller: String,
+    /// The friction, in words.
+    pub friction: String,
+    /// Whether the load motor rendered the desired friction.
+    pub render: bool,
+    /// Preload of the friction wheel.
+    pub preload: f64,
+    /// The result.
+    pub trial: Trial,
+}
+
+impl TrialRun {
+    /// The numbers, under their stable names; `trial.complete` is 0 if the run was cancelled.
+    pub fn summary(&self) -> Summary {
+        let Trial { repetitions, complete, duration } = &self.trial;
+        let mut summary = Summary::new("trial");
+        summary
+            .result("trial.complete", f64::from(u8::from(*complete)), "1")
+            .result("trial.repetitions", repetitions.len() as f64, "1")
+            .result("trial.rendered", f64::from(u8::from(self.render)), "1")
+            .result("measure.preload", self.preload, "1")
+            .result("measure.duration", *duration, "s");
+        for score in &SCORES {
+            if let Some((value, _)) = score.over(repetitions) {
+                summary.result(&format!("trial.{}", score.name), value, score.unit);
+            }
+        }
+        for (index, repetition) in repetitions.iter().enumerate() {
+            let number = |score: &Score| (score.name, (score.of)(&repetition.scores).into());
+            let head = [("repetition", (index + 1).into()), ("motion", self.motion.name().into())];
+            summary.row(head.into_iter().chain(SCORES.iter().map(number)).collect::<Vec<_>>());
+        }
+        summary
+    }
+
+    /// The numbers as a table.
+    fn table(&self) -> Table {
+        let row = |table: Table, score: &Score| match score.over(&self.trial.repetitions) {
+            Some((value, half)) => {
+                let estimate = Estimate::new(value, score.unit);
+                let estimate = half.map_or(estimate.clone(), |half| estimate.with_half_width(half));
+                table.row([Cell::Text(score.title.into()), Cell::Estimate(estimate)])
+            }
+            None => table,
+        };
+        SCORES.iter().fold(Table::new(["score", "value"]), row)
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let provenance = Provenance::new(command, None, parameters::write_commented(&self.preset));
+        let count = self.trial.repetitions.len();
+        let incomplete = if self.trial.complete { "" } else { " (incomplete)" };
+        let repeated =
+            if count == 1 { "once".into() } else { format!("{count} times, with 95 % intervals of the mean") };
+        let mut figure = Figure::new("Deviation").x(Axis::new("time", "s")).y(Axis::new("deviation", "mrad"));
+        for (index, Repetition { course, .. }) in self.trial.repetitions.iter().take(3).enumerate() {
+            let stride = course.deviation.len().div_ceil(POINTS).max(1);
+            let points = course.deviation.iter().enumerate().step_by(stride);
+            let points: Vec<_> = points.map(|(k, deviation)| (k as f64 * course.period, 1e3 * deviation)).collect();
+            figure = figure.series(Series::line(Role::Trace(index), format!("repetition {}", index + 1), points));
+        }
+        Report::new(format!("{}{incomplete}", self.motion.title()), provenance)
+            .summary(format!("{} on {}, {repeated}.", self.controller, self.friction))
+            .table(self.table())
+            .figure(figure, "Set-point minus measured angle, of the first repetitions.".to_owned())
+    }
+
+    /// All samples.
+    fn columns(&self) -> Vec<Column> {
+        let names = [
+            ("repetition", "1"),
+            ("time", "s"),
+            ("setpoint", "rad"),
+            ("deviation", "rad"),
+            ("velocity", "rad/s"),
+            ("commanded_torque", "N m"),
+        ];
+        let mut columns = names.map(|(name, unit)| Column { name: name.into(), unit: unit.into(), values: Vec::new() });
+        for (index, Repetition { setpoint, course, .. }) in self.trial.repetitions.iter().enumerate() {
+            for (k, setpoint) in setpoint.iter().enumerate() {
+                let time = k as f64 * course.period;
+                let row =
+                    [(index + 1) as f64, time, *setpoint, course.deviation[k], course.velocity[k], course.torque[k]];
+                columns.iter_mut().zip(row).for_each(|(column, value)| column.values.push(value));
+            }
+        }
+        columns.to_vec()
+    }
+
+    /// Writes data, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        let mut summary = self.summary();
+        write_parquet(&directory.join(DATA), &self.columns())?;
+        summary.file(DATA);
+        self.report(command).write_all(summary, [], directory)
+    }
+}
