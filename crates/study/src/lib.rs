@@ -45,6 +45,7 @@ mod sensitivity;
 mod sobol;
 mod step_size;
 mod table;
+pub mod trials;
 mod work;
 
 use std::path::PathBuf;

@@ -230,8 +230,8 @@ impl Entrant {
         }
     }
 
-    /// An entrant of this name with these parameters, for a machine without its file.
-    pub(crate) fn of_parameters(name: String, preset: Preset<f64>) -> Self {
+    /// An entrant of this name with the controller, compensation, filter and hold of these parameters.
+    pub fn of_parameters(name: String, preset: Preset<f64>) -> Self {
         Entrant { name, source: Source::File(Box::new(preset)) }
     }
 

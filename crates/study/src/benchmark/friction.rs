@@ -22,6 +22,13 @@ pub const FRICTIONS: [FrictionCase; 3] = [
 ];
 
 impl FrictionCase {
+    /// The friction of a bench whose drive has this largest torque [N m].
+    pub(super) fn of_curve(name: &'static str, curve: &Stribeck<f64>, torque: f64) -> Self {
+        let Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, .. } = *curve;
+        let shares = [breakaway_torque / torque, kinetic_torque / torque, stribeck_velocity, viscous_friction / torque];
+        FrictionCase { name, shares }
+    }
+
     /// The curve on a drive with this largest torque [N m].
     pub fn curve(&self, torque: f64) -> Stribeck<f64> {
         let [breakaway, kinetic, stribeck_velocity, viscous] = self.shares;

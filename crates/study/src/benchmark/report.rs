@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{CellResult, Entrant, Manoeuvre, Outcome, Ranked, VARIATIONS, rank};
+use super::{BENCH, CellResult, Entrant, Manoeuvre, Outcome, Ranked, VARIATIONS, rank};
 use stickslip_base::figure::{Axis, Figure, Role, Series};
 use stickslip_base::preset::ControllerChoice;
 use stickslip_base::quantity::{Estimate, number, tied};
@@ -30,9 +30,24 @@ impl Outcome {
             .find(|cell| cell.friction == friction && cell.entrant == entrant && cell.variation == variation)
     }
 
+    fn is_simulated(&self) -> bool {
+        self.plan.frictions.iter().all(|friction| friction.name != BENCH)
+    }
+
     /// All ranks, friction by friction.
     pub fn ranks(&self) -> Vec<(&'static str, Vec<Ranked>)> {
         self.plan.frictions.iter().map(|friction| (friction.name, rank(self, friction.name))).collect()
+    }
+
+    /// Mean and 95 % interval of a measure of an entrant on a friction with the exact model; `None` without a number.
+    pub fn measured(
+        &self,
+        friction: &str,
+        entrant: &str,
+        manoeuvre: Manoeuvre,
+        measure: usize,
+    ) -> Option<(f64, [f64; 2])> {
+        estimate(&self.cell(friction, entrant, VARIATIONS[0].name)?.values(manoeuvre, measure))
     }
 
     /// The numbers, under their stable names; `benchmark.complete` is 0 where the run was cancelled.
@@ -189,7 +204,8 @@ impl Outcome {
     /// The deviation about a reversal: the reference and the best, for each friction.
     fn figures(&self) -> Result<Vec<(String, Figure, String)>, Error> {
         let mut figures = Vec::new();
-        if !self.plan.manoeuvres.contains(&Manoeuvre::Reversal) {
+        // Of a bench, the courses are those of its trials.
+        if !self.is_simulated() || !self.plan.manoeuvres.contains(&Manoeuvre::Reversal) {
             return Ok(figures);
         }
         for friction in &self.plan.frictions {
@@ -268,7 +284,11 @@ impl Outcome {
             remarks.extend(entrant.fault().map(|fault| format!("{} failed; first fault: {fault}", entrant.name)));
         }
         if !self.complete {
-            remarks.push("The benchmark was cancelled. Start it again with the same folder to continue.".into());
+            remarks.push(if self.is_simulated() {
+                "The benchmark was cancelled. Start it again with the same folder to continue.".into()
+            } else {
+                "The comparison ended early; controllers without all their runs are missing.".into()
+            });
         }
         remarks
     }

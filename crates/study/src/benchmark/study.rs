@@ -10,6 +10,7 @@ use super::{Entrant, FRICTIONS, FrictionCase, MANOEUVRES, Manoeuvre, PROGRAM, VA
 use stickslip_base::parallel::map;
 use stickslip_base::preset::{ControllerChoice, Preset};
 use stickslip_base::{Error, Watch, output, parameters};
+use stickslip_simulate::manoeuvre::Course;
 
 /// Plan of a benchmark.
 #[derive(Clone, Debug)]
@@ -57,6 +58,11 @@ impl Plan {
         Plan { frictions, variations, seeds: 2, places: 4, ..self }
     }
 
+    /// Place of a repetition: as even as possible, none on a count.
+    pub(super) fn chance(repetition: u64, count: u64) -> f64 {
+        (repetition as f64 + 0.5) / count as f64
+    }
+
     /// Runs of a cell: manoeuvre, seed, and the place between two counts.
     fn runs(&self, cell: &Cell) -> Vec<(Manoeuvre, u64, f64)> {
         let whole = cell.variation.name == VARIATIONS[0].name;
@@ -64,8 +70,7 @@ impl Plan {
         let repeats = |manoeuvre: &Manoeuvre| if manoeuvre.has_places() { self.places } else { self.seeds };
         let of = |manoeuvre: &Manoeuvre| {
             let (manoeuvre, count) = (*manoeuvre, repeats(manoeuvre));
-            // Places as even as possible, none on a count.
-            (0..count).map(move |k| (manoeuvre, k + 1, (k as f64 + 0.5) / count as f64))
+            (0..count).map(move |k| (manoeuvre, k + 1, Plan::chance(k, count)))
         };
         chosen.flat_map(of).collect()
     }
@@ -104,7 +109,7 @@ pub struct CellResult {
     /// For each run: name of the manoeuvre, and its numbers in the order of its measures; none where it failed.
     pub runs: Vec<(String, Option<Vec<Option<f64>>>)>,
     /// All inputs: results of another benchmark are not reused.
-    follows_from: String,
+    pub(super) follows_from: String,
 }
 
 impl CellResult {
@@ -146,7 +151,8 @@ pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Er
         parameters::read::<Preset<f64>>(&text, &format!("{} on {}", entrant.name, plan.machine))?;
     }
     output::create_folder(folder)?;
-    let tuned = tune_all(plan, folder, watch)?;
+    // All frictions share machine and bristles; the controllers are tuned for the nominal friction.
+    let tuned = tune_all(plan, &FRICTIONS[1], folder, watch)?;
     let mut outcome = Outcome { plan: plan.clone(), cells: Vec::new(), tuned, complete: true };
     let cells = plan.cells();
     let total: usize = cells.iter().map(|cell| plan.runs(cell).len()).sum();
@@ -164,13 +170,17 @@ pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Er
     Ok(outcome)
 }
 
-/// Tunes the built-in controllers of the plan on the machine's modelled own friction.
-fn tune_all(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Vec<(&'static str, ControllerChoice<f64>)>, Error> {
+/// Tunes the built-in controllers of the plan on the machine with this friction.
+pub(super) fn tune_all(
+    plan: &Plan,
+    friction: &FrictionCase,
+    folder: &Path,
+    watch: &Watch,
+) -> Result<Vec<(&'static str, ControllerChoice<f64>)>, Error> {
     let mut names: Vec<&'static str> = plan.entrants.iter().filter_map(Entrant::tuned_as).collect();
     names.sort_unstable();
     names.dedup();
-    // All frictions share machine and bristles; the controllers are tuned for the nominal friction.
-    let preset = FRICTIONS[1].on(&plan.preset);
+    let preset = friction.on(&plan.preset);
     let tune = |name: &&'static str| Ok((*name, Entrant::tuned(name, &preset, folder, watch)?));
     map(&names, plan.threads, tune)
 }
@@ -201,9 +211,7 @@ fn result(
     let values = map(&runs, plan.threads, |&(manoeuvre, seed, chance)| {
         let course = entrant.run(&preset, manoeuvre, seed, chance, watch)?;
         watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64)?;
-        let finite = |value: f64| value.is_finite().then_some(value);
-        let judged = course.map(|course| manoeuvre.judge(&course, &preset, chance).into_iter().map(finite).collect());
-        Ok((manoeuvre.name().to_owned(), judged))
+        Ok((manoeuvre.name().to_owned(), course.map(|course| judged(manoeuvre, &course, &preset, chance))))
     })?;
     let result = CellResult {
         entrant: entrant.name.clone(),
@@ -215,6 +223,12 @@ fn result(
     let text = serde_json::to_string(&result).expect("strings and numbers");
     output::write(&path, text)?;
     Ok(result)
+}
+
+/// The numbers of a run; none where a number is undefined.
+pub(super) fn judged(manoeuvre: Manoeuvre, course: &Course, preset: &Preset<f64>, chance: f64) -> Vec<Option<f64>> {
+    let finite = |value: f64| value.is_finite().then_some(value);
+    manoeuvre.judge(course, preset, chance).into_iter().map(finite).collect()
 }
 
 fn read_result(path: &Path, follows_from: &str) -> Option<CellResult> {
