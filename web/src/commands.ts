@@ -5,7 +5,8 @@ import { entered } from './entered.svelte'
 import { stop } from './stop.svelte'
 import { go, view } from './view.svelte'
 
-export type Command = { name: string; key: string; run: () => void; off?: () => string | null }
+/** `hold`: acts while the key is held; key repeat is ignored. */
+export type Command = { name: string; key: string; run: () => void; off?: () => string | null; hold?: boolean }
 
 /** Additional commands of the current window. */
 export const local: { commands: Command[] } = { commands: [] }
@@ -18,10 +19,11 @@ export const WINDOWS = [
   { path: '/friction', name: 'Friction Measurement', key: '2' },
   { path: '/design', name: 'Friction Design', key: '3' },
   { path: '/controller', name: 'Controller Design', key: '4' },
-  { path: '/simulation', name: 'Simulation', key: '5' },
-  { path: '/implementation', name: 'Implementation', key: '6' },
-  { path: '/runs', name: 'Runs', key: '7' },
-  { path: '/help', name: 'Help', key: '8' },
+  { path: '/test', name: 'Test', key: '5' },
+  { path: '/simulation', name: 'Simulation', key: '6' },
+  { path: '/implementation', name: 'Implementation', key: '7' },
+  { path: '/runs', name: 'Runs', key: '8' },
+  { path: '/help', name: 'Help', key: '9' },
 ] as const
 
 /** Stops the axis at any time, also from a text field or dialog. */

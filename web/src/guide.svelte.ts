@@ -3,6 +3,7 @@
 import { bench } from './bench.svelte'
 import { design } from './design/design.svelte'
 import { measurement } from './measurement.svelte'
+import { trials } from './test/trials.svelte'
 import { view } from './view.svelte'
 
 export type Step = { name: string; done: boolean; off: string | null; run: () => void }
@@ -20,5 +21,6 @@ export function steps(): Step[] {
     { name: 'Download design', done: design.downloaded && design.changes === 0, off: design.changes || design.downloaded ? null : 'Design first', run: () => (view.go('/design'), void design.offer()) },
     { name: 'Measure again', done: rendered && !measurement.rendering, off: bench.busy, run: () => void measurement.measureRendered() },
     { name: 'Report', done: rendered && (measurement.report ?? 0) > (measurement.rendered?.run ?? 0), off: rendered ? null : 'Measure with rendered friction first', run: () => void measurement.save() },
+    { name: 'Compare', done: rendered && trials.comparison?.complete === true && trials.comparison.run > (measurement.rendered?.run ?? 0), off: null, run: () => view.go('/test?compare') },
   ]
 }

@@ -37,6 +37,53 @@ export type Call = {
   values?: Record<string, number>
 }
   | {
+  call: "jog"
+  press: number
+  render?: boolean
+  velocity: number
+}
+  | {
+  call: "go_to"
+  position: number
+  render?: boolean
+  speed?: number | null
+}
+  | {
+  call: "trial_choices"
+}
+  | {
+  call: "trial"
+  file?: TrialFile | null
+  motion?: string
+  render?: boolean
+  repetitions?: number
+}
+  | {
+  call: "trials"
+  limit?: number
+}
+  | {
+  call: "trial_pair"
+  a: number
+  b?: number | null
+  from?: number | null
+  parts: number
+  repetition?: number
+  signal?: TrialSignal
+  to?: number | null
+}
+  | {
+  call: "compare"
+  controllers: string[]
+  manoeuvres: string[]
+  render?: boolean
+  repetitions: number
+}
+  | {
+  call: "comparison"
+  run?: number | null
+}
+  | {
   call: "inject"
   /** Name and value of the fault: `encoder-stuck`, `counts-lost=0.02`. */
   fault: string
@@ -401,6 +448,20 @@ export type Call = {
 /** An answer. In JSON an object with the key `answer`. */
 export type Answer = {
   answer: "done"
+}
+  | TrialChoices & {
+  answer: "trial_choices"
+}
+  | {
+  answer: "trials"
+  of: number
+  trials: TrialRow[]
+}
+  | TrialPair & {
+  answer: "trial_pair"
+}
+  | Comparison & {
+  answer: "comparison"
 }
   | Status & {
   answer: "status"
@@ -1872,3 +1933,165 @@ export type XcpStatus = {
   /** `udp` or `tcp`. */
   transport: string
 }
+/** The manoeuvres and controllers that can be tried, and the limits of motions. */
+export type TrialChoices = {
+  /** The active controller with compensation and hold. */
+  active: string
+  /** The controllers of the benchmark. */
+  controllers: string[]
+  /** The desired friction. */
+  desired: string
+  /** The manoeuvres of the benchmark. */
+  manoeuvres: ManoeuvreForm[]
+  /** Why the desired friction cannot be rendered; `null` if it can. */
+  not_rendered: string | null
+  /** The own friction of the axis. */
+  own: string
+  /** Largest speed [rad/s]. */
+  speed: number
+  /** Ends of the travel for motions [rad]. */
+  travel: [number, number]
+}
+/** A manoeuvre. */
+export type ManoeuvreForm = {
+  /** Its duration [s]. */
+  duration: number
+  /** Smallest and largest position, from its start [rad]. */
+  extent: [number, number]
+  /** Its name, for calls. */
+  name: string
+  /** Whether it measures tracking and ranks the controllers. */
+  ranks: boolean
+  /** Its title. */
+  title: string
+}
+/** A trial in the table. */
+export type TrialRow = {
+  /** Whether all repetitions were completed. */
+  complete: boolean
+  /** The controller with compensation and hold. */
+  controller: string
+  /** The friction. */
+  friction: string
+  /** Title of the motion. */
+  motion: string
+  /** Number of completed repetitions. */
+  repetitions: number
+  /** Number of the run. */
+  run: number
+  /** Its scores, the same ones for each trial. */
+  values: TrialValue[]
+}
+/** A score of a trial. */
+export type TrialValue = {
+  /** Half of the 95 % interval of the mean; `null` for one repetition. */
+  half_width: number | null
+  /** Its title. */
+  title: string
+  /** The unit of the numbers. */
+  unit: string
+  /** Mean over the repetitions; `null` if it is not defined for the motion. */
+  value: number | null
+}
+/** One or two trials for a picture. */
+export type TrialPair = {
+  /** The curves, A first. */
+  courses: TrialCourse[]
+  /** B minus A; `null` for one trial or different motions. */
+  difference: TrialTrace | null
+  /** RMS of the difference. */
+  difference_rms: number | null
+  /** Why there is no difference. */
+  note: string | null
+  /** The scores of both. */
+  rows: PairRow[]
+  /** Unit of the curves. */
+  unit: string
+}
+/** A trial in a picture. */
+export type TrialCourse = {
+  /** Controller and friction. */
+  name: string
+  /** Number of its repetitions. */
+  repetitions: number
+  /** Number of its run. */
+  run: number
+  /** The curve. */
+  trace: TrialTrace
+}
+/** A curve as extremes of intervals of time, which keep every spike. */
+export type TrialTrace = {
+  /** Largest value in each interval. */
+  largest: number[]
+  /** Smallest value in each interval. */
+  least: number[]
+  /** Start of each interval [s]. */
+  time: number[]
+}
+/** A score of two trials. */
+export type PairRow = {
+  /** Value of A; `null` if it is not defined for its motion. */
+  a: number | null
+  /** Value of B. */
+  b: number | null
+  /** Whether the 95 % intervals overlap; `null` without intervals. */
+  overlaps: boolean | null
+  /** B over A, less 1 [%]. */
+  percent: number | null
+  /** Its title. */
+  title: string
+  /** The unit of the numbers. */
+  unit: string
+}
+/** A comparison of controllers. */
+export type Comparison = {
+  /** The measures, in the order of the values of a row. */
+  columns: RankColumn[]
+  /** Whether all controllers have completed all manoeuvres. */
+  complete: boolean
+  /** The friction. */
+  friction: string
+  /** Results and notes, in sentences. */
+  remarks: string[]
+  /** Number of repetitions. */
+  repetitions: number
+  /** The controllers, the best first. */
+  rows: RankRow[]
+  /** Number of its run; 0: none yet. */
+  run: number
+  /** Whether it is running. */
+  running: boolean
+}
+/** A measure. */
+export type RankColumn = {
+  /** Its title. */
+  title: string
+  /** The unit of its numbers. */
+  unit: string
+}
+/** A controller of a comparison. */
+export type RankRow = {
+  /** 95 % interval of the factor over the repetitions. */
+  ci95: [number, number] | null
+  /** Its name. */
+  controller: string
+  /** Deviations of the first chosen controller over its own, geometric mean of the tracking measures. */
+  factor: number | null
+  /** Number of failed runs. */
+  failures: number
+  /** First and last place within its interval; `null` without a rank. */
+  place: [number, number] | null
+  /** Numbers of its trials, one for each manoeuvre. */
+  trials: number[]
+  /** Mean and half of the 95 % interval of each measure. */
+  values: ([number, number] | null)[]
+}
+/** A table of positions over time: two columns, time [s] and position [rad], [mm], [µm] or [m]. */
+export type TrialFile = {
+  /** Its name. */
+  name: string
+  /** Its text. */
+  text: string
+}
+/** A signal of a trial. */
+export type TrialSignal = "deviation" | "position" | "velocity" | "torque"

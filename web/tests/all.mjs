@@ -9,6 +9,7 @@ const AT_ONCE = 3
 const waiting = [
   'at-rest',
   'newcomer',
+  'test-window',
   'scope',
   'experiment',
   'help',

@@ -21,7 +21,7 @@ await play(async (scene) => {
     await state(ann).getByText('Off').waitFor()
     const paint = await ann.evaluate(() => Math.round(performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? NaN))
     console.log(`   first paint after ${paint} ms`)
-    await ann.keyboard.press('8')
+    await ann.keyboard.press('9')
     await heading('Browser reference').waitFor()
     const [first] = await ann.getByRole('navigation', { name: 'Pages of the guide' }).getByRole('link').allInnerTexts()
     assert.equal(first, 'Browser reference')
@@ -64,7 +64,7 @@ await play(async (scene) => {
     await tour.getByRole('heading', { name: 'Home the axis' }).waitFor()
     await tour.getByRole('button', { name: 'End the tour' }).click()
     assert.equal(await tour.count(), 0)
-    await ann.keyboard.press('8')
+    await ann.keyboard.press('9')
     await ann.getByRole('button', { name: 'Start the tour' }).click()
     await scene.snapshot(ann, 'tour')
     await ann.getByRole('main').getByRole('button', { name: 'Home axis', exact: true }).click()
@@ -81,7 +81,7 @@ await play(async (scene) => {
     await ann.getByRole('slider', { name: /breakaway/i }).first().press('ArrowUp')
     await tour.getByRole('heading', { name: 'Download the desired friction' }).waitFor()
     await scene.accessible(ann, 'tour-design')
-    for (const next of ['Measure again', 'Save the report', 'Experiment complete']) {
+    for (const next of ['Measure again', 'Save the report', 'Go to the test', 'Compare two controllers', 'Experiment complete']) {
       await tour.getByRole('button', { name: 'Skip' }).click()
       await tour.getByRole('heading', { name: next }).waitFor()
     }
@@ -89,7 +89,7 @@ await play(async (scene) => {
     assert.equal(await tour.count(), 0)
   })
   await scene.step('all windows transfer less than the limit', async () => {
-    await ann.keyboard.press('7')
+    await ann.keyboard.press('8')
     await ann.getByRole('heading', { name: 'Runs' }).waitFor()
     console.log(`   ${(fetched / 1000).toFixed(0)} kB fetched, reloads included`)
     assert.ok(fetched > 50_000 && fetched < LIMIT, `${fetched} bytes`)

@@ -13,7 +13,7 @@ await play(async (scene) => {
   await scene.step('the window shows the active blocks, with a value on each wire', async () => {
     await ann.goto(scene.bench.address.href)
     await state(ann).getByText('Off').waitFor()
-    await ann.keyboard.press('6')
+    await ann.keyboard.press('7')
     await block(/^Position control cascade/).waitFor()
     const { wires } = await call({ call: 'flow' })
     const labels = wires.filter((wire) => wire.label)

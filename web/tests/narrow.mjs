@@ -4,7 +4,7 @@ import assert from 'node:assert/strict'
 import { join } from 'node:path'
 import { caller, play } from './harness.mjs'
 
-const WINDOWS = ['/', '/friction', '/design', '/controller', '/simulation', '/runs', '/help', '/scope']
+const WINDOWS = ['/', '/friction', '/design', '/controller', '/test', '/test?compare', '/simulation', '/runs', '/help', '/scope']
 const SIZES = { zoomed: { width: 640, height: 360 }, phone: { width: 390, height: 844 }, tablet: { width: 820, height: 1180 } }
 
 /** Layout faults: horizontal scrolling, cut text, Stop out of sight or covered. */

@@ -9,6 +9,8 @@ import { play, state } from './harness.mjs'
 const real = Boolean(process.env.REAL)
 /** Maximum number of clicks. */
 const BUDGET = 25
+/** Maximum duration of the real experiment [s]. */
+const LONGEST = 240
 const PATIENCE = 90_000
 
 await play(
@@ -93,22 +95,20 @@ await play(
       })
       assert.equal(await ann.locator('main ol li.done').count(), 8)
     })
-    await scene.step('a measurement with another controller is compared', async () => {
-      await click(ann.getByRole('link', { name: /Home/ }))
-      await ann.getByLabel('Control', { exact: true }).selectOption('pid')
-      clicks += 2
-      await click(ann.getByRole('dialog').getByRole('button', { name: /^Download \d+ change/ }))
-      await ann.getByText(/active on the target since cycle/).last().waitFor()
-      await click(ann.getByRole('button', { name: /Friction Measurement/ }))
-      await click(button(/Measure again R/))
-      await state(ann).getByText('Measuring').waitFor()
-      await button(/Download to target|Next: Friction Design/).first().waitFor({ timeout: PATIENCE })
-      const all = ann.getByRole('button', { name: /^Run \d+ in the plot/ })
-      await click(all.first())
-      await all.and(ann.locator('[aria-pressed=true]')).waitFor()
+    await scene.step('two controllers are compared on the rendered friction', async () => {
+      await click(button('Next: compare controllers'))
+      await ann.getByRole('button', { name: 'Rendered', exact: true }).and(ann.locator('[aria-pressed=true]')).waitFor()
+      await click(button(/^Compare, /))
+      const ranking = ann.getByRole('region', { name: 'Ranking' })
+      await ranking.getByRole('row', { name: /state-feedback/ }).waitFor({ timeout: 2 * PATIENCE })
+      assert.equal(await ranking.locator('tbody tr').count(), 2)
       await scene.snapshot(ann, 'newcomer-compared')
+      await ann.keyboard.press('1')
+      await ann.getByText('9 of 9 steps done').waitFor()
     })
-    console.log(`${clicks} clicks, ${((Date.now() - start) / 1000).toFixed(0)} s`)
+    const seconds = (Date.now() - start) / 1000
+    console.log(`${clicks} clicks, ${seconds.toFixed(0)} s`)
+    if (real) assert.ok(seconds <= LONGEST, `${seconds} s`)
     assert.ok(clicks <= BUDGET, `${clicks} clicks`)
   },
   ...(real ? [process.env.REAL.split(',').filter((value) => value.includes('='))] : []),

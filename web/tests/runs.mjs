@@ -25,7 +25,7 @@ await play(async (scene) => {
 
   await scene.step('a project without runs shows an empty list', async () => {
     await ann.goto(scene.bench.address.href)
-    await ann.keyboard.press('7')
+    await ann.keyboard.press('8')
     await ann.getByText('No runs.').waitFor()
     await scene.snapshot(ann, 'runs-empty')
   })

@@ -12,7 +12,7 @@ await play(async (scene) => {
   await scene.step('without a recorded run, the window offers to record one', async () => {
     await ann.goto(scene.bench.address.href)
     await state(ann).getByText('Off').waitFor()
-    await ann.keyboard.press('5')
+    await ann.keyboard.press('6')
     await ann.getByText('No recorded run.').waitFor()
     await scene.snapshot(ann, 'simulation-empty')
   })

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, SystemTime};
 
-use stickslip_core::control::reference::{Generator, Reference, Shaped};
+use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Parameters;
 use stickslip_core::supervise::{Request, SafetyState};
 
 use super::Shared;
 use super::breakaway::BreakawayProgress;
+use super::following::Following;
 use super::measurements::Measurements;
 use super::motion::MOVING;
 use super::protocol::{Ended, MarkKind};
@@ -19,7 +20,7 @@ use stickslip_base::figure::Series;
 use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::external::External;
-use stickslip_bench::{Bench, Change, ClockedBench, Command, Injection, TimingReport};
+use stickslip_bench::{Bench, Change, ClockedBench, Injection, TimingReport};
 use stickslip_experiment::workflow::correct::render_corrected;
 use stickslip_experiment::workflow::measure::{Plan, measure_homed};
 use stickslip_experiment::workflow::render::{RenderRun, Rendering};
@@ -27,8 +28,6 @@ use stickslip_experiment::{Part, home};
 
 /// Polling interval while nothing runs.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
-/// Bench time of the commands between two polls of the jobs [s].
-const SLICE: f64 = 0.005;
 
 /// A job of the axis.
 pub(super) enum Job {
@@ -42,6 +41,8 @@ pub(super) enum Job {
     Inject(Injection),
     /// Follow a reference.
     Move { name: String, reference: Box<Reference<f64>>, render: bool },
+    /// Move at the speed of the held button.
+    Jog { render: bool },
     /// Run work to its end: results, if any, go into this folder; `begins` announces the measurement.
     Run { what: String, folder: Option<PathBuf>, begins: Box<Begins>, work: Box<Work> },
     /// End.
@@ -58,6 +59,15 @@ impl Job {
     pub(super) fn home() -> Self {
         let begins = Box::new(|_: &Measurements| {});
         Job::Run { what: "home".into(), folder: None, begins, work: Box::new(|bench, watch| home(bench, watch)) }
+    }
+
+    /// Work with results in a folder.
+    pub(super) fn run(
+        what: String,
+        folder: PathBuf,
+        work: impl FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send + 'static,
+    ) -> Self {
+        Job::Run { what, folder: Some(folder), begins: Box::new(|_| {}), work: Box::new(work) }
     }
 
     /// Announces a friction curve of this number, with the rendering during it.
@@ -109,7 +119,7 @@ impl Job {
 }
 
 /// Homes and enables the torque if necessary.
-fn make_ready(bench: &mut ClockedBench, watch: &Watch) -> Result<(), Error> {
+pub(super) fn make_ready(bench: &mut ClockedBench, watch: &Watch) -> Result<(), Error> {
     match (bench.safety(), bench.zero()) {
         (SafetyState::Running, Some(_)) => Ok(()),
         (SafetyState::Ready, Some(_)) => bench.change(Change::Request(Request::Start)),
@@ -117,19 +127,11 @@ fn make_ready(bench: &mut ClockedBench, watch: &Watch) -> Result<(), Error> {
     }
 }
 
-/// A reference that the axis follows.
-struct Trajectory {
-    name: String,
-    generator: Shaped<'static>,
-    ticks: u64,
-    render: bool,
-}
-
 /// Runs until [`Job::End`]. Returns the timing report.
 pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver<Job>) -> Option<TimingReport> {
-    let mut trajectory = None;
+    let mut following: Option<Following> = None;
     loop {
-        let job = if trajectory.is_some() {
+        let job = if following.is_some() {
             match jobs.try_recv() {
                 Ok(job) => Some(job),
                 Err(TryRecvError::Empty) => None,
@@ -160,17 +162,18 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
             Some(Job::Inject(injection)) => drop(bench.inject(injection)),
             Some(Job::Move { name, reference, render }) => {
                 shared.motion.progress(&name, MOVING, 0.0);
-                trajectory = Some(begin(&bench, shared, name, &reference, render));
+                following = Some(Following::reference(&bench, shared, name, &reference, render));
             }
+            Some(Job::Jog { render }) => following = Some(Following::jog(shared, render)),
             Some(Job::Run { what, folder, begins, work }) => run_job(&mut bench, shared, &what, folder, begins, work),
             None => {}
         }
-        match &mut trajectory {
-            Some(moving) => match go(&mut bench, shared, moving) {
+        match &mut following {
+            Some(moving) => match moving.slice(&mut bench, shared) {
                 Ok(true) => {}
                 ended => {
-                    shared.ended(&moving.name, ended.map(|_| None));
-                    trajectory = None;
+                    shared.ended(moving.name(), ended.map(|_| None));
+                    following = None;
                 }
             },
             None => {
@@ -207,38 +210,6 @@ fn run_job(
         shared.runs.enter(RunOrigin { number, ..origin });
     }
     shared.ended(what, ended.map(|()| folder));
-}
-
-fn begin(bench: &ClockedBench, shared: &Shared, name: String, reference: &Reference<f64>, render: bool) -> Trajectory {
-    let rate = bench.settings().tick_rate;
-    let shaper = bench.settings().shaper.shaper(&bench.model().drive, rate);
-    let ticks = ((reference.duration() * rate).min(u64::MAX as f64) as u64).saturating_add(shaper.delay());
-    let generator = Generator::new(*reference, rate).with_origin(shared.acquisition.held_angle());
-    Trajectory { name, generator: Shaped::new(generator, shaper), ticks, render }
-}
-
-/// A slice of a motion; whether it continues.
-fn go(bench: &mut ClockedBench, shared: &Shared, trajectory: &mut Trajectory) -> Result<bool, Error> {
-    let Trajectory { name, generator, ticks, render } = trajectory;
-    for _ in 0..(SLICE * bench.settings().tick_rate) as u64 + 1 {
-        let halted = shared.motion.is_halted();
-        if halted || generator.cycle() >= *ticks {
-            bench.come_to_rest()?;
-            return if halted { Err(Error::Cancelled) } else { Ok(false) };
-        }
-        let setpoint = generator.next();
-        let command = Command { setpoint, control: true, render: *render, ..Command::default() };
-        let frame = bench.hand_over(command)?;
-        // The operator disabled the torque: the axis does not follow.
-        if frame.is_some_and(|frame| !frame.safety.allows_torque()) {
-            bench.drain(&mut |_| {})?;
-            return Err(Error::Cancelled);
-        }
-    }
-    if *ticks < u64::MAX {
-        shared.motion.progress(name, MOVING, generator.cycle() as f64 / *ticks as f64);
-    }
-    Ok(true)
 }
 
 impl Shared {

@@ -52,6 +52,19 @@ impl Live {
             Call::Halt {} => Ok(shared.motion.halt()),
             Call::Home {} => self.begin("home", Job::home()),
             Call::Move { reference, values, render } => self.follow(reference, &values, render),
+            Call::Jog { velocity, press, render } => self.jog(velocity, press, render),
+            Call::GoTo { position, speed, render } => self.go_to(position, speed, render),
+            Call::TrialChoices {} => Ok(self.trial_choices()),
+            Call::Trial { motion, file, repetitions, render } => self.trial(&motion, file, repetitions, render),
+            Call::Trials { limit } => Ok(shared.trials.rows(limit)),
+            Call::TrialPair { a, b, signal, repetition, from, to, parts } => {
+                let range = from.zip(to).map(|(from, to)| [from, to]);
+                shared.trials.pair([Some(a), b], signal, repetition, range, parts)
+            }
+            Call::Compare { controllers, manoeuvres, repetitions, render } => {
+                self.compare(&controllers, &manoeuvres, repetitions, render)
+            }
+            Call::Comparison { run } => Ok(shared.trials.comparison(run)),
             Call::Inject { fault } => self.inject(&fault),
             Call::Preload { preload } => self.preload(preload),
             Call::Measure { what, plan, render } => self.measure(what, &plan, render),

@@ -24,6 +24,15 @@ pub enum LiveError {
         /// How to wait for it or end it.
         remedy: &'static str,
     },
+    /// The axis has no torque.
+    #[error("the axis has no torque. Home it, or switch the torque on.")]
+    NoTorque,
+    /// A jog that cannot start or continue.
+    #[error("{reason}: the axis comes to rest. Release all buttons and press one again.")]
+    Jog {
+        /// The reason.
+        reason: &'static str,
+    },
     /// No activity of that kind runs.
     #[error("no {what} is running: nothing to end.")]
     NothingToEnd {

@@ -28,10 +28,12 @@ pub mod catalogue;
 mod controller;
 mod curve;
 mod error;
+mod following;
 mod form;
 mod frictions;
 mod health;
 mod implementation;
+mod jog;
 mod links;
 mod listener;
 mod loaded;
@@ -54,6 +56,7 @@ mod start;
 mod status;
 #[cfg(test)]
 mod tests;
+mod trials;
 pub mod xcp;
 
 use std::sync::atomic::AtomicBool;
@@ -75,6 +78,7 @@ use recorder::Recorder;
 use runs::{CatalogueThread, Runs};
 pub use start::Start;
 use stickslip_bench::TimingReport;
+use trials::Trials;
 
 /// A running bench.
 pub struct Live {
@@ -100,6 +104,7 @@ struct Shared {
     recorder: Recorder,
     runs: Runs,
     measurements: Measurements,
+    trials: Trials,
     health: Health,
     implementation: Implementation,
     controller: ControllerDesign,

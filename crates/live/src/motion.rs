@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
 
+use super::jog::JogSwitch;
 use super::protocol::{Answer, CurrentTask, Ended};
 use super::{LiveError, lock};
 use stickslip_base::Error;
@@ -21,6 +22,8 @@ pub(super) struct Motion {
     activity: Mutex<Activity>,
     /// Preload of the friction wheel: the bits of an `f64`.
     preload: AtomicU64,
+    /// The button that is held for a jog.
+    pub(super) jog: JogSwitch,
     /// Set to end the motion or the measurement.
     halt: Arc<AtomicBool>,
     /// Whether it was stopped by the timeout of the operator.
@@ -40,6 +43,7 @@ impl Motion {
             urgent: Mutex::new(urgent),
             activity: Mutex::default(),
             preload: AtomicU64::new(preload.to_bits()),
+            jog: JogSwitch::default(),
             halt: Arc::default(),
             abandoned: AtomicBool::new(false),
         }
@@ -67,8 +71,14 @@ impl Motion {
 
     /// Ends the motion or the measurement.
     pub(super) fn halt(&self) -> Answer {
+        self.jog.release();
         self.halt.store(true, Ordering::Relaxed);
         Answer::Done {}
+    }
+
+    /// Whether the running activity has this name.
+    pub(super) fn is_doing(&self, what: &str) -> bool {
+        lock(&self.activity).doing.as_ref().is_some_and(|doing| doing.what == what)
     }
 
     pub(super) fn is_halted(&self) -> bool {

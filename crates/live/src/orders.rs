@@ -33,9 +33,7 @@ impl Live {
     /// Follows a reference.
     pub(super) fn follow(&self, name: String, values: &BTreeMap<String, f64>, render: bool) -> Result<Answer, Error> {
         let reference = parse_reference(&name, values)?;
-        if render {
-            self.shared.parameters.tuning().renderable()?;
-        }
+        self.renderable(render)?;
         self.begin(&name.clone(), Job::Move { name, reference: Box::new(reference), render })
     }
 

@@ -11,7 +11,7 @@ use super::implementation::Target;
 use super::loaded::OpenFile;
 use super::{
     Acquisition, ControllerDesign, Health, Implementation, Links, Live, Measurements, Motion, Operation, Parameters,
-    Recorder, Runs, Shared, axis, listener,
+    Recorder, Runs, Shared, Trials, axis, listener,
 };
 use stickslip_base::parameters::presets::Source;
 use stickslip_base::{Error, Preset};
@@ -102,6 +102,7 @@ impl Live {
             recorder,
             runs,
             measurements: Measurements::new(&start.project.join("runs")),
+            trials: Trials::new(&start.project.join("runs")),
             health: Health::new(bench.histograms()),
             implementation: Implementation::new(&start.project.join("build"), target),
             controller: ControllerDesign::default(),

@@ -91,6 +91,20 @@ export const STOPS: Stop[] = [
     target: () => control(/^Save report/),
     done: () => step('Report'),
   },
+  {
+    title: 'Go to the test',
+    text: 'A controller is tested on the friction: jog the axis, let the controller follow a manoeuvre, or compare controllers.',
+    at: '/friction',
+    target: link('/test'),
+    done: () => view.path === '/test' || step('Compare'),
+  },
+  {
+    title: 'Compare two controllers',
+    text: 'Choose the controllers and a manoeuvre. Each follows it several times on the same friction; the ranking has an interval from the repetitions. The active controller is restored at the end.',
+    at: '/test?compare',
+    target: () => control(/^(Compare, |Cancel)/) ?? control(/^Compare controllers/),
+    done: () => step('Compare'),
+  },
 ]
 
 class Tour {
@@ -111,7 +125,7 @@ class Tour {
   go(to: number) {
     this.at = Math.max(0, to)
     const stop = STOPS[this.at]
-    if (stop && view.path !== stop.at && !stop.done()) view.go(stop.at)
+    if (stop && view.path !== stop.at.split('?')[0] && !stop.done()) view.go(stop.at)
   }
 
   leave() {

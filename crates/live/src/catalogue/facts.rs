@@ -45,7 +45,7 @@ pub(super) struct Facts {
 }
 
 /// Kind of each run that a command leaves, its words in a name, and its key result (empty: none).
-const KINDS: [(&str, &str, &str); 22] = [
+const KINDS: [(&str, &str, &str); 23] = [
     ("demo", "demonstration", "render.rms_error_over_breakaway"),
     ("measure friction", "sweep", ""),
     ("measure breakaway", "breakaway", "measure.breakaway_torque"),
@@ -53,6 +53,7 @@ const KINDS: [(&str, &str, &str); 22] = [
     ("measure response", "frequency response", "measure.tacho.magnitude_deviation"),
     ("measure learning", "learning", "measure.factor"),
     ("measure tracking", "tracking", "measure.deviation"),
+    ("trial", "test", "trial.tracking_rms"),
     ("hunting", "hunting", "hunting.amplitude"),
     ("loop", "position loop", "loop.sliding.sensitivity_peak"),
     ("friction", "library friction", "friction.breakaway_torque"),
@@ -142,12 +143,16 @@ impl Facts {
         let preload = ["measure.preload", "render.preload"].into_iter().find_map(number);
         let duration = ["measure.duration", "speed.bench_time", "calibrate.bench_time"].into_iter().find_map(number);
         self.duration = duration;
-        self.words = match preload {
+        // A trial is named by its motion.
+        let motion = summary["rows"][0]["motion"].as_str().filter(|_| self.kind == "trial");
+        let motion = motion.map_or(String::new(), |motion| format!(" {}", motion.replace('_', " ")));
+        let wheel: String = match preload {
             Some(0.0) => " without wheel".into(),
             Some(1.0) => " with wheel".into(),
             Some(preload) => format!(" with wheel at {}", parameters::number::rounded(preload, 2)),
             None => String::new(),
         };
+        self.words = motion + &wheel;
         if let Ok(report) = Report::read(folder)
             && let Some(provenance) = report.provenance().first()
         {

@@ -66,6 +66,19 @@ pub enum Answer {
     Rendered(Box<RenderedFriction>),
     /// A measurement at rest.
     AtRest(Box<BreakawayMeasurement>),
+    /// What can be tried.
+    TrialChoices(Box<TrialChoices>),
+    /// The trials of the project.
+    Trials {
+        /// The newest first.
+        trials: Vec<TrialRow>,
+        /// Number of all trials.
+        of: u64,
+    },
+    /// One or two trials.
+    TrialPair(Box<TrialPair>),
+    /// A comparison of controllers.
+    Comparison(Box<Comparison>),
     /// A preload of the friction wheel.
     AdvisedPreload(AdvisedPreload),
     /// Lost and missed cycles.

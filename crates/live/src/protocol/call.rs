@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Alignment, LoopDraft};
+use super::{Alignment, LoopDraft, TrialSignal};
 use stickslip_experiment::workflow::sketch::Sketch;
 
 /// A call. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind": "bristle"}}`.
@@ -41,6 +41,91 @@ pub enum Call {
         /// Whether the load motor renders the desired friction during the motion.
         #[serde(default)]
         render: bool,
+    },
+    /// Move at a constant speed while the call is repeated, at least every 0.3 s; then the axis comes to rest.
+    Jog {
+        /// Velocity of the screw [rad/s]; 0 releases the button.
+        velocity: f64,
+        /// Number of the press of the button, another one for each press.
+        press: u64,
+        /// Whether the load motor renders the desired friction during the motion.
+        #[serde(default)]
+        render: bool,
+    },
+    /// Move to a position and stay there.
+    GoTo {
+        /// Angle of the screw from its zero [rad].
+        position: f64,
+        /// Largest speed [rad/s]; default: a fifth of the limit of the axis.
+        #[serde(default)]
+        speed: Option<f64>,
+        /// Whether the load motor renders the desired friction during the motion.
+        #[serde(default)]
+        render: bool,
+    },
+    /// List the manoeuvres and controllers that can be tried, and the limits of motions.
+    TrialChoices {},
+    /// Let the active controller follow a motion several times; the scores and the samples become a run.
+    Trial {
+        /// A manoeuvre of `trial_choices`; ignored with a file.
+        #[serde(default)]
+        motion: String,
+        /// Positions over time instead of a manoeuvre.
+        #[serde(default)]
+        file: Option<TrialFile>,
+        /// Number of repetitions, 1 to 20.
+        #[serde(default = "one")]
+        repetitions: u64,
+        /// Whether the load motor renders the desired friction.
+        #[serde(default)]
+        render: bool,
+    },
+    /// List the trials of the project, the newest first.
+    Trials {
+        /// Maximum number of listed trials.
+        #[serde(default = "fifty")]
+        limit: u64,
+    },
+    /// Read one or two trials for a picture: curves, difference, scores.
+    TrialPair {
+        /// Number of trial A.
+        a: u64,
+        /// Number of trial B.
+        #[serde(default)]
+        b: Option<u64>,
+        /// The signal.
+        #[serde(default)]
+        signal: TrialSignal,
+        /// The repetition, from 1.
+        #[serde(default = "one")]
+        repetition: u64,
+        /// Start of the shown range [s].
+        #[serde(default)]
+        from: Option<f64>,
+        /// End of the shown range [s].
+        #[serde(default)]
+        to: Option<f64>,
+        /// Number of intervals of a curve; at most 4000.
+        parts: u64,
+    },
+    /// Compare controllers on the same friction: each follows the manoeuvres, and the benchmark ranks them. The active
+    /// controller is restored at the end.
+    Compare {
+        /// `active`, or controllers of `trial_choices`; at least two. The first is the reference.
+        controllers: Vec<String>,
+        /// Manoeuvres of `trial_choices`.
+        manoeuvres: Vec<String>,
+        /// Number of repetitions, 2 to 20.
+        repetitions: u64,
+        /// Whether the load motor renders the desired friction.
+        #[serde(default)]
+        render: bool,
+    },
+    /// Read a comparison of controllers.
+    Comparison {
+        /// Number of its run; default: the running or last one.
+        #[serde(default)]
+        run: Option<u64>,
     },
     /// Inject a fault into the virtual machine; it stays until restart.
     Inject {
@@ -385,6 +470,10 @@ impl Call {
                 | Call::Rendered { .. }
                 | Call::AtRest { .. }
                 | Call::AdvisePreload { .. }
+                | Call::TrialChoices {}
+                | Call::Trials { .. }
+                | Call::TrialPair { .. }
+                | Call::Comparison { .. }
                 | Call::Losses {}
                 | Call::Ask {}
                 | Call::Sketch(_)
@@ -415,6 +504,16 @@ impl Call {
                 | Call::Operate {}
         )
     }
+}
+
+/// A table of positions over time: two columns, time [s] and position [rad], [mm], [µm] or [m].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrialFile {
+    /// Its name.
+    pub name: String,
+    /// Its text.
+    pub text: String,
 }
 
 /// A quantity to measure.

@@ -7,7 +7,7 @@ mod json;
 mod status;
 
 pub use answer::{Answer, Captured, Changed, OverlaidRun, Point, Signal};
-pub use call::{Call, Quantity};
+pub use call::{Call, Quantity, TrialFile};
 pub use chatter::ChatterMargin;
 pub use json::schema;
 pub use status::{ClockStatus, CurrentTask, Ended, LoadedStatus, Mark, MarkKind, Recorded, Status, XcpStatus};
@@ -30,3 +30,7 @@ pub use super::preload::AdvisedPreload;
 pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
 pub use super::runs::ReplayProgress;
 pub use stickslip_bench::run::{Alignment, Course, RunEvent, Simulated, Trace};
+pub use stickslip_study::trials::{
+    Comparison, ManoeuvreForm, PairRow, RankColumn, RankRow, TrialChoices, TrialCourse, TrialPair, TrialRow,
+    TrialSignal, TrialTrace, TrialValue,
+};

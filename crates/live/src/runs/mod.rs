@@ -83,6 +83,11 @@ impl Runs {
         lock(&self.not_entered).clone()
     }
 
+    /// Folder of the project.
+    pub(super) fn project(&self) -> &Path {
+        self.folder.parent().unwrap_or(&self.folder)
+    }
+
     /// A new number and folder for results; the folder does not exist yet.
     pub(super) fn folder(&self, name: &str) -> Result<(u64, PathBuf), Error> {
         output::create_folder(&self.folder)?;

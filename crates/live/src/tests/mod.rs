@@ -1,8 +1,10 @@
 mod controller;
+mod jogged;
 #[cfg(unix)]
 mod loaded;
 mod measured;
 mod recorded;
+mod tried;
 mod trouble;
 
 use std::collections::BTreeMap;
