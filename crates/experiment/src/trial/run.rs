@@ -118,7 +118,7 @@ pub fn run_repetition(
     });
     // Also after a cancellation the set-point comes to rest; after a fault there is none.
     let rested = bench.come_to_rest();
-    followed.and_then(|()| rested)?;
+    followed.and(rested)?;
     let duration = (recorder.last - recorder.begin) as f64 * preset.bench.tick_time();
     let Recorder { setpoint, angle, torque, .. } = recorder;
     let period = preset.bench.control_period();
