@@ -41,9 +41,11 @@ pub struct EntrantOnBench<'a> {
     pub preset: &'a Preset<f64>,
 }
 
+/// Lets an entrant follow a manoeuvre: one course for each repetition, `None` where it failed.
+pub type Follow<'a> = dyn FnMut(&EntrantOnBench<'_>, Manoeuvre) -> Result<Vec<Option<Course>>, Error> + 'a;
+
 /// Runs a plan of [`Plan::on_bench`]. The built-in controllers are tuned first; results of the tuning are stored in
-/// `folder`. `run` lets an entrant follow a manoeuvre: one course for each repetition, `None` where it failed. After a
-/// cancellation or a fault, the outcome holds the finished entrants.
+/// `folder`. After a cancellation or a fault, the outcome holds the finished entrants.
 ///
 /// # Errors
 /// Errors of tuning and of `run`, both before the first entrant has finished.
@@ -51,7 +53,7 @@ pub fn run_on_bench(
     plan: &Plan,
     folder: &Path,
     watch: &Watch,
-    run: &mut dyn FnMut(&EntrantOnBench<'_>, Manoeuvre) -> Result<Vec<Option<Course>>, Error>,
+    run: &mut Follow<'_>,
 ) -> Result<(Outcome, Option<Error>), Error> {
     output::create_folder(folder)?;
     let friction = plan.frictions[0];
@@ -76,11 +78,7 @@ pub fn run_on_bench(
 }
 
 /// All manoeuvres of an entrant.
-fn cell(
-    plan: &Plan,
-    entrant: &EntrantOnBench<'_>,
-    run: &mut dyn FnMut(&EntrantOnBench<'_>, Manoeuvre) -> Result<Vec<Option<Course>>, Error>,
-) -> Result<CellResult, Error> {
+fn cell(plan: &Plan, entrant: &EntrantOnBench<'_>, run: &mut Follow<'_>) -> Result<CellResult, Error> {
     let mut runs = Vec::new();
     for manoeuvre in &plan.manoeuvres {
         for (k, course) in run(entrant, *manoeuvre)?.into_iter().enumerate() {
