@@ -38,14 +38,20 @@ export type Call = {
 }
   | {
   call: "jog"
+  /** Number of the press of the button, another one for each press. */
   press: number
+  /** Whether the load motor renders the desired friction during the motion. */
   render?: boolean
+  /** Velocity of the screw [rad/s]; 0 releases the button. */
   velocity: number
 }
   | {
   call: "go_to"
+  /** Angle of the screw from its zero [rad]. */
   position: number
+  /** Whether the load motor renders the desired friction during the motion. */
   render?: boolean
+  /** Largest speed [rad/s]; default: a fifth of the limit of the axis. */
   speed?: number | null
 }
   | {
@@ -53,34 +59,52 @@ export type Call = {
 }
   | {
   call: "trial"
-  file?: TrialFile | null
+  /** Positions over time instead of a manoeuvre. */
+  file?: TrialFile
+    | null
+  /** A manoeuvre of `trial_choices`; ignored with a file. */
   motion?: string
+  /** Whether the load motor renders the desired friction. */
   render?: boolean
+  /** Number of repetitions, 1 to 20. */
   repetitions?: number
 }
   | {
   call: "trials"
+  /** Maximum number of listed trials. */
   limit?: number
 }
   | {
-  call: "trial_pair"
+  /** Number of trial A. */
   a: number
+  /** Number of trial B. */
   b?: number | null
+  call: "trial_pair"
+  /** Start of the shown range [s]. */
   from?: number | null
+  /** Number of intervals of a curve; at most 4000. */
   parts: number
+  /** The repetition, from 1. */
   repetition?: number
+  /** The signal. */
   signal?: TrialSignal
+  /** End of the shown range [s]. */
   to?: number | null
 }
   | {
   call: "compare"
+  /** `active`, or controllers of `trial_choices`; at least two. The first is the reference. */
   controllers: string[]
+  /** Manoeuvres of `trial_choices`. */
   manoeuvres: string[]
+  /** Whether the load motor renders the desired friction. */
   render?: boolean
+  /** Number of repetitions, 2 to 20. */
   repetitions: number
 }
   | {
   call: "comparison"
+  /** Number of its run; default: the running or last one. */
   run?: number | null
 }
   | {
@@ -449,20 +473,6 @@ export type Call = {
 export type Answer = {
   answer: "done"
 }
-  | TrialChoices & {
-  answer: "trial_choices"
-}
-  | {
-  answer: "trials"
-  of: number
-  trials: TrialRow[]
-}
-  | TrialPair & {
-  answer: "trial_pair"
-}
-  | Comparison & {
-  answer: "comparison"
-}
   | Status & {
   answer: "status"
 }
@@ -524,6 +534,22 @@ export type Answer = {
 }
   | BreakawayMeasurement & {
   answer: "at_rest"
+}
+  | TrialChoices & {
+  answer: "trial_choices"
+}
+  | {
+  answer: "trials"
+  /** Number of all trials. */
+  of: number
+  /** The newest first. */
+  trials: TrialRow[]
+}
+  | TrialPair & {
+  answer: "trial_pair"
+}
+  | Comparison & {
+  answer: "comparison"
 }
   | AdvisedPreload & {
   answer: "advised_preload"
@@ -812,6 +838,25 @@ export type ClockStatus = {
   load: number
   /** Cycles lost on the way to recorders and viewers: their buffer was full. */
   lost: number
+}
+/** A comparison of controllers. */
+export type Comparison = {
+  /** The measures, in the order of the values of a row. */
+  columns: RankColumn[]
+  /** Whether all controllers have completed all manoeuvres. */
+  complete: boolean
+  /** The friction. */
+  friction: string
+  /** Results and notes, in sentences. */
+  remarks: string[]
+  /** Number of repetitions. */
+  repetitions: number
+  /** The controllers, the best first. */
+  rows: RankRow[]
+  /** Number of its run; 0: none yet. */
+  run: number
+  /** Whether it is running. */
+  running: boolean
 }
 /** A corner: a machine that deviates from the model by these factors. */
 export type CornerView = {
@@ -1413,6 +1458,19 @@ export type Machine = {
   /** Units of the velocity, with the factor from rad/s. */
   speeds: Factor[]
 }
+/** A manoeuvre. */
+export type ManoeuvreForm = {
+  /** Its duration [s]. */
+  duration: number
+  /** Smallest and largest position, from its start [rad]. */
+  extent: [number, number]
+  /** Its name, for calls. */
+  name: string
+  /** Whether it measures tracking and ranks the controllers. */
+  ranks: boolean
+  /** Its title. */
+  title: string
+}
 /** An event in a cycle. */
 export type Mark = {
   /** Number of the cycle; for an event outside the loop, the newest cycle at that time. */
@@ -1486,6 +1544,21 @@ export type OverlaidRun = {
   shift: number | null
   /** Why there is no signal. */
   trouble: string | null
+}
+/** A score of two trials. */
+export type PairRow = {
+  /** Value of A; `null` if it is not defined for its motion. */
+  a: number | null
+  /** Value of B. */
+  b: number | null
+  /** Whether the 95 % intervals overlap; `null` without intervals. */
+  overlaps: boolean | null
+  /** B over A, less 1 [%]. */
+  percent: number | null
+  /** Its title. */
+  title: string
+  /** The unit of the numbers. */
+  unit: string
 }
 /** A part of the machine. */
 export type Part = {
@@ -1562,6 +1635,30 @@ export type PoleGrip = {
 export type Quantity = "friction"
   | "breakaway"
   | "presliding"
+/** A measure. */
+export type RankColumn = {
+  /** Its title. */
+  title: string
+  /** The unit of its numbers. */
+  unit: string
+}
+/** A controller of a comparison. */
+export type RankRow = {
+  /** 95 % interval of the factor over the repetitions. */
+  ci95: [number, number] | null
+  /** Its name. */
+  controller: string
+  /** Deviations of the first chosen controller over its own, geometric mean of the tracking measures. */
+  factor: number | null
+  /** Number of failed runs. */
+  failures: number
+  /** First and last place within its interval; `null` without a rank. */
+  place: [number, number] | null
+  /** Numbers of its trials, one for each manoeuvre. */
+  trials: number[]
+  /** Mean and half of the 95 % interval of each measure. */
+  values: ([number, number] | null)[]
+}
 /** Amount of recorded data. */
 export type Recorded = {
   /** Size of the file [bytes]. */
@@ -1890,6 +1987,101 @@ export type Trace = {
   /** SI unit. */
   unit: string
 }
+/** The manoeuvres and controllers that can be tried, and the limits of motions. */
+export type TrialChoices = {
+  /** The active controller with compensation and hold. */
+  active: string
+  /** The controllers of the benchmark. */
+  controllers: string[]
+  /** The desired friction. */
+  desired: string
+  /** The manoeuvres of the benchmark. */
+  manoeuvres: ManoeuvreForm[]
+  /** Why the desired friction cannot be rendered; `null` if it can. */
+  not_rendered: string | null
+  /** The own friction of the axis. */
+  own: string
+  /** Largest speed [rad/s]. */
+  speed: number
+  /** Ends of the travel for motions [rad]. */
+  travel: [number, number]
+}
+/** A trial in a picture. */
+export type TrialCourse = {
+  /** Controller and friction. */
+  name: string
+  /** Number of its repetitions. */
+  repetitions: number
+  /** Number of its run. */
+  run: number
+  /** The curve. */
+  trace: TrialTrace
+}
+/** A table of positions over time: two columns, time [s] and position [rad], [mm], [µm] or [m]. */
+export type TrialFile = {
+  /** Its name. */
+  name: string
+  /** Its text. */
+  text: string
+}
+/** One or two trials for a picture. */
+export type TrialPair = {
+  /** The curves, A first. */
+  courses: TrialCourse[]
+  /** B minus A; `null` for one trial or different motions. */
+  difference: TrialTrace
+    | null
+  /** RMS of the difference. */
+  difference_rms: number | null
+  /** Why there is no difference. */
+  note: string | null
+  /** The scores of both. */
+  rows: PairRow[]
+  /** Unit of the curves. */
+  unit: string
+}
+/** A trial in the table. */
+export type TrialRow = {
+  /** Whether all repetitions were completed. */
+  complete: boolean
+  /** The controller with compensation and hold. */
+  controller: string
+  /** The friction. */
+  friction: string
+  /** Title of the motion. */
+  motion: string
+  /** Number of completed repetitions. */
+  repetitions: number
+  /** Number of the run. */
+  run: number
+  /** Its scores, the same ones for each trial. */
+  values: TrialValue[]
+}
+/** A signal of a trial. */
+export type TrialSignal = "deviation"
+  | "position"
+  | "velocity"
+  | "torque"
+/** A curve as extremes of intervals of time, which keep every spike. */
+export type TrialTrace = {
+  /** Largest value in each interval. */
+  largest: number[]
+  /** Smallest value in each interval. */
+  least: number[]
+  /** Start of each interval [s]. */
+  time: number[]
+}
+/** A score of a trial. */
+export type TrialValue = {
+  /** Half of the 95 % interval of the mean; `null` for one repetition. */
+  half_width: number | null
+  /** Its title. */
+  title: string
+  /** The unit of the numbers. */
+  unit: string
+  /** Mean over the repetitions; `null` if it is not defined for the motion. */
+  value: number | null
+}
 /** Progress or result of a tuning. */
 export type TuneProgress = {
   /** The client that started it. */
@@ -1933,165 +2125,3 @@ export type XcpStatus = {
   /** `udp` or `tcp`. */
   transport: string
 }
-/** The manoeuvres and controllers that can be tried, and the limits of motions. */
-export type TrialChoices = {
-  /** The active controller with compensation and hold. */
-  active: string
-  /** The controllers of the benchmark. */
-  controllers: string[]
-  /** The desired friction. */
-  desired: string
-  /** The manoeuvres of the benchmark. */
-  manoeuvres: ManoeuvreForm[]
-  /** Why the desired friction cannot be rendered; `null` if it can. */
-  not_rendered: string | null
-  /** The own friction of the axis. */
-  own: string
-  /** Largest speed [rad/s]. */
-  speed: number
-  /** Ends of the travel for motions [rad]. */
-  travel: [number, number]
-}
-/** A manoeuvre. */
-export type ManoeuvreForm = {
-  /** Its duration [s]. */
-  duration: number
-  /** Smallest and largest position, from its start [rad]. */
-  extent: [number, number]
-  /** Its name, for calls. */
-  name: string
-  /** Whether it measures tracking and ranks the controllers. */
-  ranks: boolean
-  /** Its title. */
-  title: string
-}
-/** A trial in the table. */
-export type TrialRow = {
-  /** Whether all repetitions were completed. */
-  complete: boolean
-  /** The controller with compensation and hold. */
-  controller: string
-  /** The friction. */
-  friction: string
-  /** Title of the motion. */
-  motion: string
-  /** Number of completed repetitions. */
-  repetitions: number
-  /** Number of the run. */
-  run: number
-  /** Its scores, the same ones for each trial. */
-  values: TrialValue[]
-}
-/** A score of a trial. */
-export type TrialValue = {
-  /** Half of the 95 % interval of the mean; `null` for one repetition. */
-  half_width: number | null
-  /** Its title. */
-  title: string
-  /** The unit of the numbers. */
-  unit: string
-  /** Mean over the repetitions; `null` if it is not defined for the motion. */
-  value: number | null
-}
-/** One or two trials for a picture. */
-export type TrialPair = {
-  /** The curves, A first. */
-  courses: TrialCourse[]
-  /** B minus A; `null` for one trial or different motions. */
-  difference: TrialTrace | null
-  /** RMS of the difference. */
-  difference_rms: number | null
-  /** Why there is no difference. */
-  note: string | null
-  /** The scores of both. */
-  rows: PairRow[]
-  /** Unit of the curves. */
-  unit: string
-}
-/** A trial in a picture. */
-export type TrialCourse = {
-  /** Controller and friction. */
-  name: string
-  /** Number of its repetitions. */
-  repetitions: number
-  /** Number of its run. */
-  run: number
-  /** The curve. */
-  trace: TrialTrace
-}
-/** A curve as extremes of intervals of time, which keep every spike. */
-export type TrialTrace = {
-  /** Largest value in each interval. */
-  largest: number[]
-  /** Smallest value in each interval. */
-  least: number[]
-  /** Start of each interval [s]. */
-  time: number[]
-}
-/** A score of two trials. */
-export type PairRow = {
-  /** Value of A; `null` if it is not defined for its motion. */
-  a: number | null
-  /** Value of B. */
-  b: number | null
-  /** Whether the 95 % intervals overlap; `null` without intervals. */
-  overlaps: boolean | null
-  /** B over A, less 1 [%]. */
-  percent: number | null
-  /** Its title. */
-  title: string
-  /** The unit of the numbers. */
-  unit: string
-}
-/** A comparison of controllers. */
-export type Comparison = {
-  /** The measures, in the order of the values of a row. */
-  columns: RankColumn[]
-  /** Whether all controllers have completed all manoeuvres. */
-  complete: boolean
-  /** The friction. */
-  friction: string
-  /** Results and notes, in sentences. */
-  remarks: string[]
-  /** Number of repetitions. */
-  repetitions: number
-  /** The controllers, the best first. */
-  rows: RankRow[]
-  /** Number of its run; 0: none yet. */
-  run: number
-  /** Whether it is running. */
-  running: boolean
-}
-/** A measure. */
-export type RankColumn = {
-  /** Its title. */
-  title: string
-  /** The unit of its numbers. */
-  unit: string
-}
-/** A controller of a comparison. */
-export type RankRow = {
-  /** 95 % interval of the factor over the repetitions. */
-  ci95: [number, number] | null
-  /** Its name. */
-  controller: string
-  /** Deviations of the first chosen controller over its own, geometric mean of the tracking measures. */
-  factor: number | null
-  /** Number of failed runs. */
-  failures: number
-  /** First and last place within its interval; `null` without a rank. */
-  place: [number, number] | null
-  /** Numbers of its trials, one for each manoeuvre. */
-  trials: number[]
-  /** Mean and half of the 95 % interval of each measure. */
-  values: ([number, number] | null)[]
-}
-/** A table of positions over time: two columns, time [s] and position [rad], [mm], [µm] or [m]. */
-export type TrialFile = {
-  /** Its name. */
-  name: string
-  /** Its text. */
-  text: string
-}
-/** A signal of a trial. */
-export type TrialSignal = "deviation" | "position" | "velocity" | "torque"
