@@ -56,10 +56,14 @@ impl Live {
             Call::GoTo { position, speed, render } => self.go_to(position, speed, render),
             Call::TrialChoices {} => Ok(self.trial_choices()),
             Call::Trial { motion, file, repetitions, render } => self.trial(&motion, file, repetitions, render),
-            Call::Trials { limit } => Ok(shared.trials.rows(limit)),
+            Call::Trials { limit } => {
+                let (trials, of) = shared.trials.store.rows(limit);
+                Ok(Answer::Trials { trials, of })
+            }
             Call::TrialPair { a, b, signal, repetition, from, to, parts } => {
                 let range = from.zip(to).map(|(from, to)| [from, to]);
-                shared.trials.pair([Some(a), b], signal, repetition, range, parts)
+                let pair = shared.trials.store.pair([Some(a), b], signal, repetition, range, parts);
+                pair.map(|pair| Answer::TrialPair(Box::new(pair)))
             }
             Call::Compare { controllers, manoeuvres, repetitions, render } => {
                 self.compare(&controllers, &manoeuvres, repetitions, render)

@@ -11,15 +11,14 @@ use std::sync::Mutex;
 
 use super::protocol::Answer;
 use super::{Live, lock};
-use stickslip_base::Error;
-use stickslip_study::trials::{Comparison, TrialChoices, TrialSignal, TrialStore};
+use stickslip_study::trials::{Comparison, TrialChoices, TrialStore};
 
 /// Largest number of repetitions.
 const MOST_REPETITIONS: u64 = 20;
 
 /// The trials of the project.
 pub(super) struct Trials {
-    store: TrialStore,
+    pub(super) store: TrialStore,
     /// The running or last comparison.
     comparison: Mutex<Option<Comparison>>,
 }
@@ -27,24 +26,6 @@ pub(super) struct Trials {
 impl Trials {
     pub(super) fn new(folder: &Path) -> Self {
         Trials { store: TrialStore::new(folder), comparison: Mutex::default() }
-    }
-
-    /// The trials, the newest first.
-    pub(super) fn rows(&self, limit: u64) -> Answer {
-        let (trials, of) = self.store.rows(limit);
-        Answer::Trials { trials, of }
-    }
-
-    /// One or two trials for a picture.
-    pub(super) fn pair(
-        &self,
-        runs: [Option<u64>; 2],
-        signal: TrialSignal,
-        repetition: u64,
-        range: Option<[f64; 2]>,
-        parts: u64,
-    ) -> Result<Answer, Error> {
-        self.store.pair(runs, signal, repetition, range, parts).map(|pair| Answer::TrialPair(Box::new(pair)))
     }
 
     /// The running or last comparison, or that of a run.
