@@ -238,13 +238,25 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.write_cause(f)?;
-        self.remedy().map_or(Ok(()), |remedy| write!(f, " {remedy}"))
+        write!(f, "{} {}", self.cause(), self.remedy().text)
+    }
+}
+
+/// The cause of a fault as a sentence, with the measured values.
+pub struct Cause<'a>(&'a Fault);
+
+impl fmt::Display for Cause<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.write_cause(f)
     }
 }
 
 impl Fault {
-    /// The cause, with the measured values; the whole message of a fault without [`remedy`](Self::remedy).
+    /// The cause, without the [`remedy`](Self::remedy).
+    pub fn cause(&self) -> Cause<'_> {
+        Cause(self)
+    }
+
     fn write_cause(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Fault::FollowingError { error, limit } => {
@@ -300,52 +312,20 @@ impl Fault {
             Fault::NotStopped { velocity } => {
                 write!(f, "the screw still turns at {velocity:.1} rad/s after braking.")
             }
-            Fault::Homing(fault) => fmt::Display::fmt(fault, f),
+            Fault::Homing(fault) => fault.write_cause(f),
             Fault::External(role, fault) => fault.describe(*role, f),
             Fault::Machine(fault) => fault.describe(f),
         }
-    }
-
-    /// Remedy, in a sentence or two.
-    fn remedy(&self) -> Option<&'static str> {
-        Some(match self {
-            Fault::FollowingError { .. } => "Reduce the acceleration, or tune the controller.",
-            Fault::Overspeed { .. } => "Check the sign of the drive and the set-point.",
-            Fault::EndOfStroke { .. } => {
-                "Shorten the manoeuvre, or move more slowly near the ends. If the carriage is outside, move it back by hand."
-            }
-            Fault::NotANumber { .. } => "Check the sensor and its scaling.",
-            Fault::Computed { .. } => "Check its parameters and inputs.",
-            Fault::EncoderFrozen { .. } => "Check the encoder's cable, and whether the axis is blocked.",
-            Fault::EncoderJumped { .. } => "Check the counter's range.",
-            Fault::SensorsApart { .. } => "Check cables, the tacho's constant and the encoder's lines.",
-            Fault::CountsLost { .. } => {
-                "The counter loses counts: check the encoder's cable and its highest frequency."
-            }
-            Fault::IndexMissing { .. } => "Check the encoder's index wire.",
-            Fault::Accelerometer { .. } => "Check the accelerometer's supply and its mounting.",
-            Fault::LoadCurrent { .. } => "Check the sign of the current sensor, and the amplifier.",
-            Fault::Overcurrent { .. } => "Reduce the torque.",
-            Fault::Overheated { .. } => "Let it cool, and reduce the torque.",
-            Fault::TicksMissed { .. } => "Close other programs, and run `stickslip doctor`.",
-            Fault::NotStopped { .. } => "Use the machine's emergency stop, and check the drive's amplifier.",
-            Fault::Homing(_) | Fault::External(..) | Fault::Machine(_) => return None,
-        })
     }
 }
 
 impl MachineFault {
     fn describe(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            MachineFault::Silent { ticks } => write!(
-                f,
-                "the machine has not answered for {ticks} ticks. Check that it runs, and check its cable. The bench \
-                 reconnects automatically. Then acknowledge, and home."
-            ),
+            MachineFault::Silent { ticks } => write!(f, "the machine has not answered for {ticks} ticks."),
             MachineFault::Restarted => write!(
                 f,
-                "the machine has lost its connection to this bench: it was restarted, or another bench is connected. The \
-                 bench reconnects automatically when the machine is free. Then acknowledge, and home."
+                "the machine has lost its connection to this bench: it was restarted, or another bench is connected."
             ),
         }
     }
@@ -364,39 +344,22 @@ impl ExternalFault {
                     11 => ", invalid memory access",
                     _ => "",
                 };
-                write!(
-                    f,
-                    "the {role}'s library crashed (signal {signal}{what}). Run it under a debugger or with \
-                     -fsanitize=address, and load it again."
-                )
+                write!(f, "the {role}'s library crashed (signal {signal}{what}).")
             }
-            ExternalFault::Ended { code } => write!(
-                f,
-                "the {role}'s process exited (exit code {code}). A library must not call exit. Correct it, and load it \
-                 again."
-            ),
-            ExternalFault::Silent { time } => write!(
-                f,
-                "the {role} has not answered for {time:.3} s. Check its step for an endless loop or a wait, \
-                 and load it again."
-            ),
-            ExternalFault::Late { time } => write!(
-                f,
-                "the {role}'s torque was missing {:.3} ms after the start of its sample. Reduce the duration of its step, \
-                 and close other programs that use the processor.",
-                1e3 * time
-            ),
+            ExternalFault::Ended { code } => write!(f, "the {role}'s process exited (exit code {code})."),
+            ExternalFault::Silent { time } => write!(f, "the {role} has not answered for {time:.3} s."),
+            ExternalFault::Late { time } => {
+                write!(f, "the {role}'s torque was missing {:.3} ms after the start of its sample.", 1e3 * time)
+            }
             ExternalFault::NotANumber => {
-                write!(f, "the {role}'s torque is not finite. Check for a division by 0 and for uninitialised values.")
+                write!(f, "the {role}'s torque is not finite.")
             }
             ExternalFault::Failed { code } => {
-                write!(f, "the {role} reported a failure (code {code}). See its messages.")
+                write!(f, "the {role} reported a failure (code {code}).")
             }
-            ExternalFault::FloatingPoint => write!(
-                f,
-                "the {role} changed the rounding of floating-point numbers, or flushes subnormal ones to 0. Compile it \
-                 without -ffast-math, or restore the mode before its step returns."
-            ),
+            ExternalFault::FloatingPoint => {
+                write!(f, "the {role} changed the rounding of floating-point numbers, or flushes subnormal ones to 0.")
+            }
         }
     }
 }

@@ -80,23 +80,24 @@ pub enum HomingFault {
 
 impl fmt::Display for HomingFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        super::Fault::Homing(*self).fmt(f)
+    }
+}
+
+impl HomingFault {
+    /// The cause, with the measured values.
+    pub(super) fn write_cause(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            HomingFault::NoIndex { travel } => write!(
-                f,
-                "no index pulse within {travel:.2} rad; one is expected every {TAU:.2} rad. Check the encoder's \
-                 index wire, and that the screw turns."
-            ),
-            HomingFault::IndexLost { expected } => write!(
-                f,
-                "the index of the fast pass at {expected:.4} rad did not appear in the slow one. Check \
-                 for disturbances on the index wire."
-            ),
-            HomingFault::IndexMoved { first, second } => write!(
-                f,
-                "the index was at {first:.4} rad in the fast pass and at {second:.4} rad in the slow one. \
-                 The counter loses counts, or one pulse was a disturbance."
-            ),
-            HomingFault::NotANumber => write!(f, "the encoder's angle is not finite. Check its counter."),
+            HomingFault::NoIndex { travel } => {
+                write!(f, "no index pulse within {travel:.2} rad; one is expected every {TAU:.2} rad.")
+            }
+            HomingFault::IndexLost { expected } => {
+                write!(f, "the index of the fast pass at {expected:.4} rad did not appear in the slow one.")
+            }
+            HomingFault::IndexMoved { first, second } => {
+                write!(f, "the index was at {first:.4} rad in the fast pass and at {second:.4} rad in the slow one.")
+            }
+            HomingFault::NotANumber => write!(f, "the encoder's angle is not finite."),
         }
     }
 }

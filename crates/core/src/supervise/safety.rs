@@ -318,6 +318,12 @@ impl Safety {
         if self.zero.is_some() { SafetyState::Ready } else { SafetyState::Off }
     }
 
+    /// A fault without its cause.
+    #[cfg(test)]
+    pub(super) fn provoke(&mut self, fault: Fault) {
+        self.fault(fault);
+    }
+
     fn fault(&mut self, fault: Fault) {
         if fault.doubts_zero() {
             self.zero = None;
