@@ -25,6 +25,9 @@ export type Call = {
   call: "acknowledge"
 }
   | {
+  call: "recover"
+}
+  | {
   call: "halt"
 }
   | {
@@ -160,6 +163,23 @@ export type Call = {
   call: "preview_set"
   /** Its name. */
   name: string
+}
+  | {
+  call: "earlier_state"
+}
+  | {
+  call: "restore_state"
+}
+  | {
+  call: "discard_state"
+}
+  | {
+  call: "keep_layout"
+  /** The layout, at most 64 kB. */
+  layout: string
+}
+  | {
+  call: "layout"
 }
   | {
   call: "parameters"
@@ -352,6 +372,17 @@ export type Call = {
   capture: number
 }
   | {
+  call: "past"
+  /** The first cycle. */
+  from: number
+  /** Largest number of blocks; at most 4096. */
+  points: number
+  /** Names of the signals. */
+  signals: string[]
+  /** The cycle after the last one. */
+  to: number
+}
+  | {
   call: "samples"
   /** Names of the signals, each once. */
   signals: string[]
@@ -381,6 +412,9 @@ export type Call = {
   limit?: number
   /** Words, `law:bristle`, `M_S>0.2`, `-tag:bad`; empty for all. */
   query?: string
+}
+  | {
+  call: "records"
 }
   | {
   call: "run"
@@ -615,6 +649,9 @@ export type Answer = {
   /** The points. */
   points: Point[]
 }
+  | Past & {
+  answer: "past"
+}
   | {
   answer: "samples"
   /** Its number. */
@@ -624,6 +661,12 @@ export type Answer = {
   answer: "marks"
   /** The newest last. */
   marks: Mark[]
+}
+  | EarlierState & {
+  answer: "earlier_state"
+}
+  | Records & {
+  answer: "records"
 }
   | {
   answer: "runs"
@@ -1006,6 +1049,15 @@ export type Drawn = {
   /** Indices of the reference points that contradict the others and are not used. */
   strays: number[]
 }
+/** State of the target before the start of the program. */
+export type EarlierState = {
+  /** Values that would change: on the target now, and in the earlier state. */
+  differences: Changed[]
+  /** Why it cannot be restored; `null` if it can. */
+  refused: string | null
+  /** Time of its last change, RFC 3339, UTC; `null` if there is none. */
+  saved: string | null
+}
 /** A part of an edge of the renderable region. */
 export type Edge = {
   /** Lower end [rad/s]. */
@@ -1032,6 +1084,29 @@ export type Factor = {
   factor: number
   /** Unit as printed. */
   unit: string
+}
+/** The way back after a fault. */
+export type FaultRecovery = "acknowledge"
+  | "arm"
+  | "home"
+  | "reopen"
+/** A fault with its remedy. */
+export type FaultStatus = {
+  /** Number of the run with the signals around it; `null` until it is saved. */
+  capture: number | null
+  /** The cause, with the measured values. */
+  cause: string
+  /** Name of its kind: `following-error`. */
+  code: string
+  /** The first cycle with it. */
+  cycle: number
+  /** Where to change what the remedy names; `null` if it is not a setting. */
+  look: Look
+    | null
+  /** The way back, as the call `recover` takes it. */
+  recovery: FaultRecovery
+  /** What to check or to change. */
+  remedy: string
 }
 /** A plot. Points are drawn first, then bands, then lines, so that no cloud hides a curve. */
 export type Figure = {
@@ -1294,6 +1369,13 @@ export type LoadedStatus = {
   role: string
   /** The parameter that selects it. */
   selector: string
+}
+/** A place in the page. */
+export type Look = {
+  /** Its name. */
+  name: string
+  /** Address of a window, or path of a group of parameters. */
+  path: string
 }
 /** Presliding loop of slow motion back and forth from rest: the bristles without damping. */
 export type Loop = {
@@ -1578,6 +1660,23 @@ export type PartKind = "drive_motor"
   | "wheel"
   | "load_motor"
   | "encoder"
+/** A part of the history. */
+export type Past = {
+  /** Number of cycles of the returned blocks. */
+  block: number
+  /** Number of cycles of the finest blocks. */
+  finest: number
+  /** The first cycle of the first block. */
+  from: number
+  /** Largest value in each block. */
+  high: ((number | null)[])[]
+  /** Smallest value in each block, for each signal; `null` without a finite value. */
+  low: ((number | null)[])[]
+  /** The cycle after the newest one. */
+  next: number
+  /** The oldest cycle of the history. */
+  oldest: number
+}
 /** A figure with its caption. */
 export type Picture = {
   /** The caption. */
@@ -1670,6 +1769,17 @@ export type Recorded = {
   /** Cycles that are missing in the file. */
   lost: number
 }
+/** The records of measurements in a project. */
+export type Records = {
+  /** Number of runs with such a record. */
+  count: number
+  /** Their limit [bytes]; 0: measurements are not recorded. */
+  limit: number
+  /** Number of runs whose record was removed for newer ones. */
+  removed: number
+  /** Their size [bytes]. */
+  used: number
+}
 /** A reference point. */
 export type Reference = {
   /** Speed, at least 0 [rad/s]. */
@@ -1734,6 +1844,8 @@ export type Run = {
   files: string[]
   /** Folder, relative to the project's folder. */
   folder: string
+  /** Why it was not completed; `null` if it was. */
+  incomplete: string | null
   /** The key number. */
   key: KeyNumber
     | null
@@ -1751,6 +1863,8 @@ export type Run = {
   preset: string
   /** The file that can be replayed. */
   record: string | null
+  /** Whether its record was removed, because the records of the project reached their limit. */
+  record_removed: boolean
   /** Availability of its files. */
   state: State
   /** Tags, sorted. */
@@ -1862,6 +1976,11 @@ export type Status = {
     | null
   /** Torque of the drive motor [N m]. */
   drive_torque: number
+  /** Number of values that differ in the state before the start of the program; `null`: nothing to restore. */
+  earlier: number | null
+  /** The fault with its remedy. */
+  fault: FaultStatus
+    | null
   /** End of the last motion or measurement. */
   last: Ended
     | null
@@ -1875,8 +1994,13 @@ export type Status = {
     | null
   /** Number of marks since the start. */
   marks: number
+  /** Amount of recorded data of the running measurement; `null` if it is not recorded. */
+  measurement_record: Recorded
+    | null
   /** Why the last run is not in the catalogue. */
   not_entered: string | null
+  /** Why the state of the target or the record of the last measurement is not saved, or not read. */
+  not_saved: string | null
   /** The operator: the client that may change the bench. */
   operator: string | null
   /** Preload of the friction wheel, 0 … 1. */

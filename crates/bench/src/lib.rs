@@ -12,6 +12,7 @@
 //! | parameter sets of a running bench | [`tuning`] |
 //! | every cycle and every change, for recorders and viewers | [`tap`] |
 //! | record, replay, simulation with other parameters | [`run`] |
+//! | real-time performance of the computer | [`realtime`] |
 //!
 //! A parameter set becomes active on a real-time bench with one cycle: in order after the queued commands, or before
 //! all of them (`clocked/immediate.rs`). A record may start in any cycle: `clocked/keyframe.rs` makes the loop write
@@ -37,6 +38,7 @@ pub mod faults;
 mod homing;
 pub mod io;
 mod lockstep;
+pub mod realtime;
 pub mod remote;
 pub mod run;
 mod speed_ramp;

@@ -3,6 +3,7 @@
 use std::sync::{Mutex, MutexGuard};
 
 use super::captures::Captures;
+use super::fault::FaultStatus;
 use super::lock;
 use super::marks::Marks;
 use super::protocol::{Answer, Mark, MarkKind};
@@ -14,6 +15,8 @@ pub(super) struct Acquisition {
     captures: Mutex<Captures>,
     newest: Mutex<Newest>,
     marks: Mutex<Marks>,
+    /// First cycle of the last saved fault, and the number of its capture.
+    fault_capture: Mutex<Option<(u64, i64)>>,
 }
 
 /// The newest cycle.
@@ -22,7 +25,10 @@ pub(super) struct Newest {
     pub(super) cycle: u64,
     pub(super) signals: Signals<f64>,
     pub(super) state: &'static str,
-    pub(super) fault: Option<String>,
+    /// The fault that stopped the bench, or is stopping it.
+    pub(super) fault: Option<FaultStatus>,
+    /// Why the loop has ended.
+    pub(super) end: Option<String>,
     pub(super) held: u64,
     pub(super) lost: u64,
 }
@@ -31,7 +37,12 @@ impl Acquisition {
     /// For a tick rate [Hz].
     pub(super) fn new(rate: f64) -> Self {
         let newest = Newest { state: "off", ..Newest::default() };
-        Acquisition { captures: Mutex::new(Captures::new(rate)), newest: Mutex::new(newest), marks: Mutex::default() }
+        Acquisition {
+            captures: Mutex::new(Captures::new(rate)),
+            newest: Mutex::new(newest),
+            marks: Mutex::default(),
+            fault_capture: Mutex::default(),
+        }
     }
 
     /// The captures and streams; the listener waits while they are locked.
@@ -40,21 +51,35 @@ impl Acquisition {
     }
 
     pub(super) fn newest(&self) -> Newest {
-        lock(&self.newest).clone()
+        let mut newest = lock(&self.newest).clone();
+        if let (Some(fault), Some((cycle, number))) = (&mut newest.fault, *lock(&self.fault_capture)) {
+            fault.capture = (fault.cycle == cycle).then_some(number);
+        }
+        newest
     }
 
-    /// Stores the newest cycle, with the cycles missed and lost since the previous one.
-    pub(super) fn update(&self, sample: &Sample, signals: Signals<f64>, held: u64, lost: u64) {
+    /// Notes the capture of the fault in a cycle.
+    pub(super) fn fault_saved(&self, cycle: u64, number: i64) {
+        *lock(&self.fault_capture) = Some((cycle, number));
+    }
+
+    /// Stores the newest cycle and its fault, with the cycles missed and lost since the previous one.
+    pub(super) fn update(
+        &self,
+        sample: &Sample,
+        signals: Signals<f64>,
+        fault: Option<FaultStatus>,
+        [held, lost]: [u64; 2],
+    ) {
         let (cycle, safety) = (sample.frame.cycle, &sample.frame.safety);
-        let fault = safety.fault().map(|fault| fault.to_string());
         let mut newest = lock(&self.newest);
-        let (held, lost) = (newest.held + held, newest.lost + lost);
-        *newest = Newest { cycle, signals, state: state_name(safety), fault, held, lost };
+        let (held, lost, end) = (newest.held + held, newest.lost + lost, newest.end.take());
+        *newest = Newest { cycle, signals, state: state_name(safety), fault, end, held, lost };
     }
 
     /// Notes why the loop has ended.
     pub(super) fn fail(&self, reason: String) {
-        lock(&self.newest).fault = Some(reason);
+        lock(&self.newest).end = Some(reason);
     }
 
     /// Notes that no more cycles will come.

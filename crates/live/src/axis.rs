@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Parameters;
+use stickslip_core::render::Correction;
 use stickslip_core::supervise::{Request, SafetyState};
 
 use super::Shared;
@@ -15,14 +16,14 @@ use super::following::Following;
 use super::measurements::Measurements;
 use super::motion::MOVING;
 use super::protocol::{Ended, MarkKind};
-use crate::catalogue::RunOrigin;
+use crate::catalogue::{self, RunOrigin};
 use stickslip_base::figure::Series;
 use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::external::External;
 use stickslip_bench::{Bench, Change, ClockedBench, Injection, TimingReport};
-use stickslip_experiment::workflow::correct::render_corrected;
-use stickslip_experiment::workflow::measure::{Plan, measure_homed};
+use stickslip_experiment::workflow::correct::{Corrected, Iteration, Stopped, render_corrected};
+use stickslip_experiment::workflow::measure::{Measurement, Outcome as _, Plan, measure_homed};
 use stickslip_experiment::workflow::render::{RenderRun, Rendering};
 use stickslip_experiment::{Part, home};
 
@@ -52,13 +53,20 @@ pub(super) enum Job {
 /// Announces the measurement at its start.
 pub(super) type Begins = dyn FnOnce(&Measurements) + Send;
 
-/// Work that runs to its end.
-type Work = dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send;
+/// Work that runs to its end; whether it was completed. The measurements have the parts so far.
+type Work = dyn FnOnce(&mut ClockedBench, &Watch, &Measurements) -> Result<bool, Error> + Send;
+/// The result from the parts so far of a measurement, after this bench time [s]; `None` without data.
+pub(super) type SoFar<P> = fn(&Measurements, f64) -> Option<<P as Plan>::Outcome>;
 
 impl Job {
     pub(super) fn home() -> Self {
         let begins = Box::new(|_: &Measurements| {});
-        Job::Run { what: "home".into(), folder: None, begins, work: Box::new(|bench, watch| home(bench, watch)) }
+        Job::Run {
+            what: "home".into(),
+            folder: None,
+            begins,
+            work: Box::new(|bench, watch, _| home(bench, watch).map(|()| true)),
+        }
     }
 
     /// Work with results in a folder.
@@ -67,7 +75,12 @@ impl Job {
         folder: PathBuf,
         work: impl FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send + 'static,
     ) -> Self {
-        Job::Run { what, folder: Some(folder), begins: Box::new(|_| {}), work: Box::new(work) }
+        Job::Run {
+            what,
+            folder: Some(folder),
+            begins: Box::new(|_| {}),
+            work: Box::new(|bench, watch, _| work(bench, watch).map(|()| true)),
+        }
     }
 
     /// Announces a friction curve of this number, with the rendering during it.
@@ -80,18 +93,30 @@ impl Job {
         Box::new(move |measurements| measurements.begin_at_rest(so_far))
     }
 
-    /// Homes if necessary, measures, writes results into a folder.
+    /// Homes if necessary, measures, writes results into a folder; after a fault those so far.
     pub(super) fn measure<P: Plan + Send + 'static>(
         plan: P,
         preset: stickslip_base::Preset<f64>,
         begins: Box<Begins>,
+        so_far: SoFar<P>,
         folder: PathBuf,
     ) -> Self {
         let to = folder.clone();
-        let work = move |bench: &mut ClockedBench, watch: &Watch| {
+        let command = format!("stickslip serve, measure {}", P::KIND);
+        let work = move |bench: &mut ClockedBench, watch: &Watch, measurements: &Measurements| {
             make_ready(bench, watch)?;
-            let measured = measure_homed(plan, &preset, bench, watch)?;
-            measured.write(&to, &format!("stickslip serve, measure {}", P::KIND)).map(drop)
+            let begun = Instant::now();
+            match measure_homed(plan, &preset, bench, watch) {
+                Ok(measured) => measured.write(&to, &command).map(|_| measured.outcome.complete()),
+                Err(error) => {
+                    if let Some(outcome) = so_far(measurements, begun.elapsed().as_secs_f64()) {
+                        let stopped = Some(error.to_string());
+                        let measured = Measurement { preset, seed: None, plan, outcome, clocked: None, stopped };
+                        measured.write(&to, &command)?;
+                    }
+                    Err(error)
+                }
+            }
         };
         Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), begins, work: Box::new(work) }
     }
@@ -105,17 +130,37 @@ impl Job {
         folder: PathBuf,
     ) -> Self {
         let (to, plan) = (folder.clone(), planned.plan);
-        let work = move |bench: &mut ClockedBench, watch: &Watch| {
+        let begins = Self::begins_curve(number, Some(Box::new(planned.clone())));
+        let work = move |bench: &mut ClockedBench, watch: &Watch, measurements: &Measurements| {
             make_ready(bench, watch)?;
-            let corrected = render_corrected(&plan, &preset.bench.desired, 0, bench, watch)?;
+            let ended = render_corrected(&plan, &preset.bench.desired, 0, bench, watch);
+            let (corrected, failure) = match ended {
+                Ok(corrected) => (corrected, None),
+                Err(error) => match rendered_so_far(planned, measurements, &error) {
+                    Some(corrected) => (corrected, Some(error)),
+                    None => return Err(error),
+                },
+            };
             let mut preset = preset;
             preset.plant.wheel.preload = bench.preload();
             let run = RenderRun { preset, seed: None, own, corrected };
-            run.write(&to, "stickslip serve, measure friction --render").map(drop)
+            run.write(&to, "stickslip serve, measure friction --render")?;
+            failure.map_or_else(|| Ok(run.complete()), Err)
         };
-        let begins = Self::begins_curve(number, Some(Box::new(planned)));
         Job::Run { what: "measure friction".into(), folder: Some(folder), begins, work: Box::new(work) }
     }
+}
+
+/// The rendered friction up to a fault; `None` without data.
+fn rendered_so_far(planned: Rendering, measurements: &Measurements, error: &Error) -> Option<Corrected<Rendering>> {
+    let plateaus = measurements.current_curve().plateaus;
+    if plateaus.is_empty() {
+        return None;
+    }
+    let measured = Rendering { curve: super::curve::of(plateaus), ..planned };
+    let (correction, error_so_far) = (Correction::Nothing, measured.error_outside_fade());
+    let iteration = Iteration { correction, error: error_so_far, uncertainty: f64::NAN, measured };
+    Some(Corrected { iterations: vec![iteration], best_index: 0, stopped: Stopped::Fault(error.to_string()) })
 }
 
 /// Homes and enables the torque if necessary.
@@ -189,7 +234,7 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
     bench.stop()
 }
 
-/// Runs work to its end and enters its results into the catalogue.
+/// Runs work to its end, records its cycles and enters its results into the catalogue.
 fn run_job(
     bench: &mut ClockedBench,
     shared: &Arc<Shared>,
@@ -198,21 +243,43 @@ fn run_job(
     begins: Box<Begins>,
     work: Box<Work>,
 ) {
-    begins(&shared.measurements);
-    let begun = SystemTime::now();
-    let ended = work(bench, &shared.watch(what));
-    shared.measurements.end();
-    // Partial results of a failed measurement are entered as well.
-    if let Some(folder) = &folder {
-        let origin = RunOrigin::now(folder, begun, Some(shared.parameters.file()));
-        let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
-        let number = number.and_then(|number| i64::try_from(number).ok());
-        shared.runs.enter(RunOrigin { number, ..origin });
+    let number = folder.as_ref().and_then(|folder| super::curve::number(folder.file_name()?.to_str()?));
+    let number = number.and_then(|number| i64::try_from(number).ok());
+    let preset = Some(shared.parameters.file());
+    let origin =
+        folder.as_ref().map(|folder| RunOrigin { number, ..RunOrigin::now(folder, SystemTime::now(), preset) });
+    if let Some(origin) = &origin {
+        shared.record_measurement(&origin.path, origin);
     }
-    shared.ended(what, ended.map(|()| folder));
+    begins(&shared.measurements);
+    let ended = work(bench, &shared.watch(what), &shared.measurements);
+    shared.measurements.end();
+    if let Some(origin) = origin {
+        shared.enter_measurement(what, origin, &ended);
+    }
+    shared.ended(what, ended.map(|_| folder));
 }
 
 impl Shared {
+    /// Enters a measurement with its record, also one that was stopped.
+    fn enter_measurement(&self, what: &str, origin: RunOrigin, ended: &Result<bool, Error>) {
+        let incomplete = match ended {
+            Ok(true) => None,
+            _ if self.motion.was_abandoned() => Some(self.operation.silence()),
+            Ok(false) | Err(Error::Cancelled) => Some("stopped by the operator".to_owned()),
+            Err(error) => Some(error.to_string()),
+        };
+        let recording = self.end_measurement(&origin.path);
+        if incomplete.is_some() && recording.is_some() {
+            let kind = if origin.path.to_string_lossy().ends_with("-render") { "render" } else { what };
+            // Without a result there is only the record. If it cannot be written, the catalogue reports it.
+            let _ = catalogue::write_incomplete(&origin.path, kind);
+        }
+        let duration = origin.begun.elapsed().unwrap_or_default().as_secs_f64();
+        let automatic = recording.is_some();
+        self.runs.enter_measured(RunOrigin { duration, incomplete, automatic, ..origin }, recording);
+    }
+
     /// Reports the progress of a job, collects its parts, and cancels it.
     fn watch(self: &Arc<Self>, what: &str) -> Watch {
         let (shared, what, receiver) = (self.clone(), what.to_owned(), self.clone());

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::catalogue;
 use super::curve::{number, of};
 use super::measurements::Measurements;
 use super::protocol::Quantity;
@@ -142,6 +143,7 @@ impl Measurements {
             })?,
         };
         let mut measurement = of_folder(&folder.1)?;
+        measurement.notes.extend(catalogue::incomplete(&folder.1));
         if what == Quantity::Breakaway {
             measurement.figures.extend(over_runs(folder.0, &folders));
         }

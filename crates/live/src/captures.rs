@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use super::protocol::{Answer, Captured, Point};
+use super::protocol::{Answer, Captured, Past, Point};
 use stickslip_base::Error;
 use stickslip_base::parameters::schema::nearest;
 use stickslip_bench::run::channels;
 use stickslip_recording::capture::{
-    Batch, Batches, Capture, Envelope, Keep, Plan, Segment, Stage, Stream, Tap, Trigger,
+    Batch, Batches, Capture, Envelope, History, Keep, Plan, Segment, Stage, Stream, Tap, Trigger,
 };
 
 /// Maximum number of captures and streams.
@@ -23,6 +23,13 @@ const LIMIT: usize = 64 << 20;
 /// A capture or stream that was not read for this time may be ended.
 const UNREAD_LIMIT: Duration = Duration::from_secs(60);
 
+/// Memory of the history [bytes].
+const HISTORY: usize = 128 << 20;
+/// Time before and after the standstill that follows a fault, in the capture of each fault [s].
+const AROUND_FAULT: [f64; 2] = [4.0, 0.5];
+/// The state of supervision after a fault.
+const FAULT: &str = "state becomes 4";
+
 /// The captures and streams.
 pub(super) struct Captures {
     /// Distributes the rows.
@@ -32,6 +39,9 @@ pub(super) struct Captures {
     last_number: u64,
     /// Tick rate, fixed while the bench runs [Hz].
     rate: f64,
+    history: Option<Tap<History>>,
+    /// The signals around the last fault; `None` if they exceed the memory.
+    fault: Option<Tap<Capture>>,
 }
 
 /// A capture or stream.
@@ -50,7 +60,38 @@ impl Captures {
     /// For a tick rate [Hz].
     pub(super) fn new(rate: f64) -> Self {
         let names: Vec<_> = channels().into_iter().map(|entry| entry.path).collect();
-        Captures { stream: Stream::new(names.len()), names, running: BTreeMap::new(), last_number: 0, rate }
+        let mut stream = Stream::new(names.len());
+        let history = stream.add(History::new(names.len(), HISTORY)).ok();
+        let [before, after] = AROUND_FAULT.map(|time| (time * rate).round() as u64);
+        let plan = Plan { signals: (0..names.len()).collect(), decimation: 1, before, after, keep: Keep::Latest(1) };
+        let trigger: Option<Trigger> = FAULT.parse().ok();
+        let capture = trigger.and_then(|trigger| Capture::new(plan, &trigger, &names, LIMIT).ok());
+        let fault = capture.and_then(|capture| stream.add(capture).ok());
+        Captures { stream, names, running: BTreeMap::new(), last_number: 0, rate, history, fault }
+    }
+
+    /// The signals around a fault, once they are complete.
+    pub(super) fn around_fault(&mut self) -> Option<Segment> {
+        self.stream.get_mut(self.fault.as_ref()?)?.take()
+    }
+
+    /// A part of the history: extremes of these signals.
+    pub(super) fn past(&self, signals: &[String], from: u64, to: u64, points: u64) -> Result<Answer, Error> {
+        let bounds: [(&'static str, u64, u64); 2] = [
+            ("number of blocks", points, MAX_POINTS as u64),
+            ("number of signals", signals.len() as u64, MAX_SIGNALS as u64),
+        ];
+        for (name, value, maximum) in bounds {
+            if !(1..=maximum).contains(&value) {
+                let (value, maximum, remedy) = (value as f64, maximum as f64, "Choose a number within this range.");
+                return Err(Error::OutOfRange { name, value, unit: "1", minimum: 1.0, maximum, remedy });
+            }
+        }
+        let signals = self.indices(signals)?;
+        let history = self.history.as_ref().and_then(|history| self.stream.get(history));
+        let found = history.map(|history| history.query(&signals, from..to, points)).unwrap_or_default();
+        let stickslip_recording::capture::Past { oldest, next, finest, block, from, low, high } = found;
+        Ok(Answer::Past(Box::new(Past { oldest, next, finest, block, from, low, high })))
     }
 
     /// Starts a capture around a trigger, from `span[0]` before to `span[1]` after it [s].

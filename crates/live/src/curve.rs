@@ -6,6 +6,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::catalogue;
 use super::measurements::Measurements;
 use stickslip_base::Error;
 use stickslip_base::figure::{Role, Series};
@@ -171,6 +172,7 @@ impl Measurements {
         };
         let mut curve = of_folder(&self.folder.join(&name.name))?;
         (curve.run, curve.rendered) = (Some(name.run), name.rendered);
+        curve.notes.extend(catalogue::incomplete(&self.folder.join(&name.name)));
         if let Some(measured) = current.of(name.run) {
             curve.course = course(&measured);
             curve.notes.extend(workflow::measure::Outcome::warnings(&measured));

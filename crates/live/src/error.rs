@@ -49,6 +49,18 @@ pub enum LiveError {
         /// Remedy.
         remedy: &'static str,
     },
+    /// A file of the project's state cannot be used. The bench runs with the preset.
+    #[error(
+        "{}: {fault}. The bench was started with the preset. Correct the file or delete it; the next change of a parameter \
+         preserves it as target-before.json.",
+        path.display()
+    )]
+    State {
+        /// The file.
+        path: PathBuf,
+        /// The fault.
+        fault: String,
+    },
     /// The catalogue has no run of this number.
     #[error("there is no run {number}. `stickslip runs` lists them.")]
     NoRun {

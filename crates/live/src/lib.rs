@@ -5,7 +5,7 @@
 //!
 //! Threads: the real-time loop of `stickslip_bench` does not use this crate and never waits for it. One thread commands
 //! the axis (`axis.rs`), one takes every cycle from the tap and feeds captures and recordings (`listener.rs`), one writes
-//! the record to the disk (`scribe.rs`). Everything else, including the design of parameters, runs on the thread of the
+//! the record to the disk (`Scribe` of `stickslip_bench`). Everything else, including the design of parameters, runs on the thread of the
 //! caller. Slow readers lose rows; the loss is counted.
 //!
 //! ```
@@ -28,6 +28,7 @@ pub mod catalogue;
 mod controller;
 mod curve;
 mod error;
+mod fault;
 mod following;
 mod form;
 mod frictions;
@@ -46,13 +47,13 @@ mod orders;
 mod parameters;
 mod preload;
 pub mod protocol;
-pub mod realtime;
 mod recorder;
 mod rendered;
 mod runs;
-mod scribe;
+mod shots;
 mod signals;
 mod start;
+mod state;
 mod status;
 #[cfg(test)]
 mod tests;
@@ -76,7 +77,8 @@ use operation::Operation;
 use parameters::Parameters;
 use recorder::Recorder;
 use runs::{CatalogueThread, Runs};
-pub use start::Start;
+pub use start::{RECORD_LIMIT, Start};
+use state::TargetState;
 use stickslip_bench::TimingReport;
 use trials::Trials;
 
@@ -95,9 +97,10 @@ pub struct Live {
 /// A thread holds the lock of one service while it calls another in four cases only. A change of parameters holds
 /// [`Parameters::changing`], then [`Motion::at_most_moving`]. The start of a recording holds the former while the loop
 /// reports its state. The start of a motion is marked under the lock of [`Motion`]. The listener holds
-/// [`Recorder::recording`] while it takes cycles.
+/// [`Recorder::recordings`] while it takes cycles.
 struct Shared {
     parameters: Parameters,
+    state: TargetState,
     motion: Motion,
     operation: Operation,
     acquisition: Acquisition,

@@ -153,6 +153,7 @@ impl Live {
         result.recv().map_err(gone)??;
         self.shared.acquisition.mark_now(MarkKind::Change, format!("opened again: {}", loaded.words()));
         parameters.replace_loaded(loaded, tuning);
+        self.shared.save_state();
         Ok(Answer::Done {})
     }
 }

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use super::breakaway::BreakawayProgress;
-use super::curve::CurveProgress;
+use super::curve::{self, CurveProgress};
 use super::lock;
-use stickslip_experiment::Part;
 use stickslip_experiment::workflow::render::Rendering;
+use stickslip_experiment::{Breakaway, FrictionCurve, Part, Presliding};
 
 /// The measurements of the project.
 pub(super) struct Measurements {
@@ -54,6 +54,32 @@ impl Measurements {
         let mut current = lock(&self.current);
         current.curve.measuring = false;
         current.at_rest = BreakawayProgress::Nothing;
+    }
+
+    /// The running friction curve up to now; `None` without a speed.
+    pub(super) fn curve_so_far(&self, duration: f64) -> Option<FrictionCurve> {
+        let plateaus = lock(&self.current).curve.plateaus.clone();
+        (!plateaus.is_empty()).then(|| FrictionCurve { duration, ..curve::of(plateaus) })
+    }
+
+    /// The running measurement of breakaway up to now; `None` without a ramp.
+    pub(super) fn breakaway_so_far(&self, duration: f64) -> Option<Breakaway> {
+        match self.current_at_rest() {
+            BreakawayProgress::Breakaway(so_far) if !so_far.ramps.is_empty() => {
+                Some(Breakaway { duration, complete: false, ..so_far })
+            }
+            _ => None,
+        }
+    }
+
+    /// The running measurement of presliding up to now; `None` without a loop.
+    pub(super) fn presliding_so_far(&self, duration: f64) -> Option<Presliding> {
+        match self.current_at_rest() {
+            BreakawayProgress::Presliding(_, loops) if !loops.is_empty() => {
+                Some(Presliding { duration, complete: false, ..Presliding::of_loops(loops) })
+            }
+            _ => None,
+        }
     }
 
     /// The running or last friction curve.

@@ -138,6 +138,11 @@ impl Motion {
         }
     }
 
+    /// Whether the ending activity was stopped by the timeout.
+    pub(super) fn was_abandoned(&self) -> bool {
+        self.abandoned.load(Ordering::Relaxed)
+    }
+
     /// Whether the ending activity was stopped by the timeout; resets the flag.
     pub(super) fn take_abandoned(&self) -> bool {
         self.abandoned.swap(false, Ordering::Relaxed)

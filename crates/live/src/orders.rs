@@ -8,6 +8,7 @@ use stickslip_core::render::Correction;
 
 use super::axis::{self, Job};
 use super::breakaway::BreakawayProgress;
+use super::measurements::Measurements;
 use super::protocol::{Answer, Changed, MarkKind, Quantity};
 use super::{Live, Shared, form};
 use stickslip_base::{Error, Preset};
@@ -42,6 +43,7 @@ impl Live {
         stickslip_bench::io::check_preload(preload)?;
         self.begin("preload", Job::Preload(preload))?;
         self.shared.motion.set_preload(preload);
+        self.shared.save_state();
         Ok(Answer::Done {})
     }
 
@@ -76,14 +78,21 @@ impl Live {
                 })
             }
             (Quantity::Friction, false) => {
-                self.measure_by::<FrictionPlan<f64>>(plan, |_, _, number| Job::begins_curve(number, None))
+                let begins = |_: &_, _: &Preset<f64>, number| Job::begins_curve(number, None);
+                self.measure_by::<FrictionPlan<f64>>(plan, begins, Measurements::curve_so_far)
             }
-            (Quantity::Breakaway, false) => self.measure_by::<BreakawayPlan<f64>>(plan, |plan, preset, _| {
-                Job::begins_at_rest(BreakawayProgress::breakaway(plan, &preset.model))
-            }),
-            (Quantity::Presliding, false) => self.measure_by::<PreslidingPlan<f64>>(plan, |_, _, _| {
-                Job::begins_at_rest(BreakawayProgress::Presliding(Vec::new(), Vec::new()))
-            }),
+            (Quantity::Breakaway, false) => {
+                let begins = |plan: &BreakawayPlan<f64>, preset: &Preset<f64>, _| {
+                    Job::begins_at_rest(BreakawayProgress::breakaway(plan, &preset.model))
+                };
+                self.measure_by(plan, begins, Measurements::breakaway_so_far)
+            }
+            (Quantity::Presliding, false) => {
+                let begins = |_: &_, _: &Preset<f64>, _| {
+                    Job::begins_at_rest(BreakawayProgress::Presliding(Vec::new(), Vec::new()))
+                };
+                self.measure_by::<PreslidingPlan<f64>>(plan, begins, Measurements::presliding_so_far)
+            }
         }
     }
 
@@ -91,12 +100,13 @@ impl Live {
         &self,
         values: &BTreeMap<String, String>,
         begins: impl FnOnce(&P, &Preset<f64>, u64) -> Box<axis::Begins>,
+        so_far: axis::SoFar<P>,
     ) -> Result<Answer, Error> {
         let plan = form::with_values(&P::default(), values)?;
         let preset = self.shared.parameters.preset();
         let (number, folder) = self.shared.runs.folder(&format!("measure-{}", P::KIND))?;
         let begins = begins(&plan, &preset, number);
-        self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, begins, folder))
+        self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, begins, so_far, folder))
     }
 
     /// Activates a proposal, unless a measurement runs: a measurement sets parameters itself.
@@ -112,6 +122,7 @@ impl Live {
         let differences = Changed::all(&proposal.differences);
         let margin = proposal.margin.map(|margin| margin.to_string());
         parameters.entered(proposal);
+        self.shared.save_state();
         Ok(Answer::Entered { cycle, differences, margin })
     }
 

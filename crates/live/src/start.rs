@@ -11,7 +11,7 @@ use super::implementation::Target;
 use super::loaded::OpenFile;
 use super::{
     Acquisition, ControllerDesign, Health, Implementation, Links, Live, Measurements, Motion, Operation, Parameters,
-    Recorder, Runs, Shared, Trials, axis, listener,
+    Recorder, Runs, Shared, TargetState, Trials, axis, listener,
 };
 use stickslip_base::parameters::presets::Source;
 use stickslip_base::{Error, Preset};
@@ -24,6 +24,9 @@ use stickslip_bench::{Bench as _, ClockedBench, Faulty, InProcess, refusals};
 
 /// Length of the listener's buffer [s]; after a longer delay, cycles are lost.
 const ROOM: f64 = 4.0;
+
+/// Default limit of the records of measurements in a project [bytes]; `--record-limit` documents it.
+pub const RECORD_LIMIT: u64 = 2_000_000_000;
 
 /// Settings for the start of a live bench.
 #[derive(Clone, Debug)]
@@ -42,6 +45,8 @@ pub struct Start {
     pub loaded: Option<ExternalFile>,
     /// File into which the run is recorded; it must not exist.
     pub record: Option<PathBuf>,
+    /// Limit of the records of measurements in the project [bytes]: the oldest are removed first. 0: none are made.
+    pub record_limit: u64,
     /// Timeout of the operator: the running activity stops after this time without a call [s]; `None`: no timeout.
     pub operator_time: Option<f64>,
 }
@@ -50,7 +55,18 @@ impl Start {
     /// A set of parameters on the virtual machine, with results in a folder and without recording.
     pub fn new(source: Source, project: &Path) -> Self {
         let (thread_settings, project) = (ThreadSettings::default(), project.to_owned());
-        Start { source, io: None, seed: 1, thread_settings, project, loaded: None, record: None, operator_time: None }
+        let (record_limit, operator_time) = (RECORD_LIMIT, None);
+        Start {
+            source,
+            io: None,
+            seed: 1,
+            thread_settings,
+            project,
+            loaded: None,
+            record: None,
+            record_limit,
+            operator_time,
+        }
     }
 }
 
@@ -77,6 +93,7 @@ impl Live {
         // The rendering law of the parameters is active from the first cycle on.
         let proposal = live.shared.parameters.read(Tuning::reset)?;
         live.enter(&proposal)?;
+        live.shared.compare_state();
         Ok(live)
     }
 
@@ -89,14 +106,15 @@ impl Live {
         stream: Stream,
         writer: Option<RunWriter>,
     ) -> Self {
-        let recorder = Recorder::new(bench.keyframes().expect("taken only here"));
-        let (runs, catalogue_thread) = Runs::start(&start.project);
+        let recorder = Recorder::new(bench.keyframes().expect("taken only here"), start.record_limit > 0);
+        let (runs, catalogue_thread) = Runs::start(&start.project, start.record_limit);
         let urgent = bench.urgent().expect("taken only here");
         let machine = start.io.as_ref().map_or_else(|| "virtual".into(), ToString::to_string);
         let target = Target::new(machine, bench.granted());
         let shared = Arc::new(Shared {
             acquisition: Acquisition::new(parameters.rate()),
             parameters,
+            state: TargetState::open(&start.project),
             motion: Motion::new(urgent, bench.preload()),
             operation,
             recorder,

@@ -7,7 +7,8 @@ use super::{Live, Shared};
 
 impl Live {
     pub(super) fn status(&self) -> Status {
-        let Shared { parameters, motion, operation, acquisition, recorder, runs, health, links, .. } = &*self.shared;
+        let Shared { parameters, state, motion, operation, acquisition, recorder, runs, health, links, .. } =
+            &*self.shared;
         let newest = acquisition.newest();
         let ((undo, redo), changed, rate) =
             parameters.read(|tuning| (tuning.can_undo(), tuning.differences().len(), tuning.preset().bench.tick_rate));
@@ -19,7 +20,10 @@ impl Live {
         Status {
             preset: parameters.file(),
             state: newest.state.into(),
-            reason: newest.fault,
+            reason: newest
+                .end
+                .or_else(|| newest.fault.as_ref().map(|fault| format!("{} {}", fault.cause, fault.remedy))),
+            fault: newest.fault,
             cycle: newest.cycle,
             rate,
             angle: newest.signals.angle,
@@ -46,7 +50,10 @@ impl Live {
             link: links.counts(),
             recording,
             recorded,
+            measurement_record: recorder.measurement(rate),
             not_entered: runs.not_entered(),
+            not_saved: state.problem().or_else(|| recorder.failure()),
+            earlier: state.offered(),
             xcp: links.xcp(),
             marks: acquisition.mark_count(),
         }

@@ -17,6 +17,7 @@ pub mod decode;
 mod error;
 pub mod export;
 pub mod mdf;
+pub mod samples;
 pub mod table;
 mod time;
 pub mod understand;

@@ -177,6 +177,7 @@ fn table(runs: &[Run], out: &mut dyn Write) -> Result<(), Failure> {
 
 fn cells(run: &Run) -> [String; 7] {
     let state = match run.state {
+        State::Here if run.incomplete.is_some() => "incomplete",
         State::Here => "",
         State::Missing => "missing",
         State::Replaced => "replaced",
@@ -227,6 +228,7 @@ fn show(details: &Details, json: bool, out: &mut dyn Write) -> Result<(), Failur
         ("folder", run.folder.clone()),
         ("files", run.files.join(", ")),
         ("record", run.record.clone().unwrap_or_default()),
+        ("incomplete", run.incomplete.clone().unwrap_or_default()),
         ("note", run.note.clone()),
     ];
     for (name, text) in lines.into_iter().filter(|(_, text)| !text.is_empty()) {

@@ -11,7 +11,7 @@ use stickslip::Watch;
 use stickslip::bench::remote::Address;
 use stickslip::bench::{Cpu, TimingReport, keep_off};
 use stickslip::external::{ExternalFile, Role};
-use stickslip::live::{Live, Start};
+use stickslip::live::{Live, RECORD_LIMIT, Start};
 
 use super::load::ExternalOptions;
 use super::xcp::XcpDoors;
@@ -75,6 +75,10 @@ pub(crate) struct ServeCommand {
     /// Record every cycle into this file (MDF 4), for other tools and `stickslip replay`.
     #[arg(long, value_name = "FILE.mf4")]
     record: Option<PathBuf>,
+    /// Limit of the records of measurements in the project [GB]: every measurement is recorded, and the oldest records
+    /// are removed first; results stay. 0 records none.
+    #[arg(long, value_name = "GB", default_value_t = RECORD_LIMIT as f64 * 1e-9)]
+    record_limit: f64,
     #[command(flatten)]
     xcp: XcpDoors,
     /// Stop the running motion or measurement after this time without a call of the operator [s].
@@ -95,7 +99,9 @@ impl ServeCommand {
         let loaded = external_file([self.controller, self.friction, self.law], self.external, &self.loaded_set)?;
         let (record, operator_time) = (self.record.clone(), self.operator_time);
         let new = Start::new(source, &self.project);
-        let mut start = Start { seed: self.seed, io: self.io, loaded, record, operator_time, ..new };
+        // Negative numbers and NaN become 0.
+        let record_limit = (self.record_limit * 1e9) as u64;
+        let mut start = Start { seed: self.seed, io: self.io, loaded, record, record_limit, operator_time, ..new };
         if let Some(cpu) = self.cpu {
             // Threads that are started later inherit it.
             keep_off(cpu).map_err(|error| {

@@ -29,6 +29,7 @@ use tokio::sync::{Semaphore, watch};
 use super::connections::{Connection, Connections};
 use super::door::Door;
 use super::known::Known;
+use super::scope::{self, LARGEST_SAMPLES};
 use super::{Place, PlaceFile, page, socket};
 
 /// Largest call [bytes].
@@ -111,6 +112,9 @@ impl Server {
             .route("/report/{run}", get(page::report))
             .route("/implementation/{*file}", get(page::implementation))
             .route("/run/{number}/{*file}", get(page::run_file))
+            .route("/scope/captures", post(scope::keep).layer(DefaultBodyLimit::max(LARGEST_SAMPLES)))
+            .route("/scope/captures/{number}", get(scope::kept))
+            .route("/scope/export/{kind}", post(scope::export).layer(DefaultBodyLimit::max(LARGEST_SAMPLES)))
             .fallback_service(get(page::get).with_state(shared.clone()))
             .layer(DefaultBodyLimit::max(LARGEST))
             .with_state(shared);

@@ -6,6 +6,7 @@ mod door;
 mod http;
 mod known;
 mod page;
+mod scope;
 mod socket;
 #[cfg(test)]
 mod tests;

@@ -108,7 +108,7 @@ pub(super) async fn run_file(
 }
 
 /// The response for a download with this file name.
-fn download(name: &str, from: impl AsyncRead + Send + 'static) -> Response {
+pub(super) fn download(name: &str, from: impl AsyncRead + Send + 'static) -> Response {
     // Only characters that require no quotes.
     let name: String = name.chars().filter(|c| c.is_ascii_alphanumeric() || "-_.".contains(*c)).collect();
     let fields = [
@@ -135,7 +135,7 @@ async fn converted(shared: &Arc<Shared>, number: i64, file: String, kind: &str) 
 }
 
 /// Cancels the work when the client disconnects.
-struct CancelOnDrop(Arc<AtomicBool>);
+pub(super) struct CancelOnDrop(pub(super) Arc<AtomicBool>);
 
 impl Drop for CancelOnDrop {
     fn drop(&mut self) {

@@ -34,8 +34,12 @@ struct Served {
 
 impl Served {
     /// Starts the bench by a command that ends with the program.
-    fn start(mut command: Command, more: &[&str]) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
+    fn start(command: Command, more: &[&str]) -> Self {
+        Self::start_in(tempfile::tempdir().expect("a temporary folder"), command, more)
+    }
+
+    /// The same in a folder that may have a project.
+    fn start_in(folder: TempDir, mut command: Command, more: &[&str]) -> Self {
         let words = ["serve", "--listen", "127.0.0.1:0", "--set", "bench.tick_rate=1000", "--quiet", "--project"];
         command.args(words).arg(project(&folder)).args(more).stdin(Stdio::null()).stdout(Stdio::null());
         Served { _serve: Running(command.spawn().expect("the program starts")), folder }
@@ -120,6 +124,43 @@ fn pyxcp_reads_writes_switches_pages_and_measures_every_cycle() {
         assert!(measured("cycle_gaps") <= measured("frame_gaps"), "{results}");
         assert!(words[0] == "udp" || measured("frame_gaps") == 0.0, "{results}");
         assert_eq!(measured("cycle_gaps"), measured("time_gaps"), "{results}");
+    }
+}
+
+#[test]
+fn a_program_that_is_killed_while_it_saves_leaves_a_whole_state() {
+    let mut folder = tempfile::tempdir().expect("a temporary folder");
+    for round in 0..4_u64 {
+        let served = Served::start_in(folder, Command::new(PROGRAM), &[]);
+        served.status(|status| status["cycle"].as_u64().filter(|cycle| *cycle > 0));
+        if round > 0 {
+            assert!(served.status(|status| status["earlier"].as_u64()) > 0, "it is offered after a start");
+        }
+        // Changes without a pause, and the end in the middle of one.
+        let project = served.project();
+        let changes = thread::spawn(move || {
+            for gain in (0..).map(|k| 10.0 + f64::from(k % 40) * 0.1) {
+                let value = gain.to_string();
+                let words = ["params", "set", "live", "bench.controller.position_gain", &value, "--project"];
+                let changed = Command::new(PROGRAM).args(words).arg(&project).output().expect("the program starts");
+                if !changed.status.success() {
+                    return;
+                }
+            }
+        });
+        let file = served.project().join("state/target.json");
+        while !file.exists() {
+            thread::sleep(POLL_INTERVAL);
+        }
+        thread::sleep(Duration::from_millis(300 + 37 * round));
+        let Served { folder: same, _serve: running } = served;
+        // The process is killed.
+        drop(running);
+        changes.join().expect("the changes do not panic");
+        folder = same;
+        let state: Value = serde_json::from_slice(&std::fs::read(&file).expect("it was saved")).expect("it is whole");
+        assert_eq!(state["schema"], "stickslip.target-state/1");
+        assert!(state["parameters"].as_str().is_some_and(|text| text.contains("position_gain")));
     }
 }
 

@@ -7,6 +7,7 @@ mod numbers;
 mod read;
 mod recorder;
 mod replay;
+mod scribe;
 mod signals;
 mod simulate;
 #[cfg(test)]
@@ -18,6 +19,7 @@ pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
+pub use scribe::{Progress, Scribe};
 pub use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
 pub use simulate::{Simulated, SimulationRequest, Trace};

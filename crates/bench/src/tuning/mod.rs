@@ -242,6 +242,14 @@ impl Tuning {
         self.propose(source, self.active().chosen.clone(), None)
     }
 
+    /// Loads a whole set, and values of the loaded file by path.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub fn restore(&self, source: Source, external: &[(String, String)]) -> Result<Proposal, Error> {
+        self.propose(source, self.chosen_with(external)?, None)
+    }
+
     /// Restores the reference.
     ///
     /// # Errors

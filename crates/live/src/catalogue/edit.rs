@@ -7,7 +7,7 @@ use super::label::Label;
 use stickslip_base::Error;
 
 impl Catalogue {
-    /// Renames a run.
+    /// Renames a run. Its record is then exempt from the limit of automatic records.
     ///
     /// # Errors
     /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunText`] for an empty name.
@@ -16,7 +16,8 @@ impl Catalogue {
         if name.is_empty() {
             return Err(LiveError::RunText { text: name.into(), remedy: "A name has at least one letter." }.into());
         }
-        self.edit(number, |label| label.name = name.into())
+        // A named run keeps its record.
+        self.edit(number, |label| (label.name, label.automatic) = (name.into(), false))
     }
 
     /// Adds and removes tags.

@@ -25,6 +25,10 @@ pub struct RunOrigin {
     pub number: Option<i64>,
     /// Text after the number in its name, instead of its kind.
     pub words: Option<String>,
+    /// Why it was not completed.
+    pub incomplete: Option<String>,
+    /// Whether its record was made automatically.
+    pub automatic: bool,
 }
 
 impl RunOrigin {
@@ -33,7 +37,17 @@ impl RunOrigin {
         let duration = begun.elapsed().unwrap_or_default().as_secs_f64();
         // For a file, only its name.
         let name = |preset: String| preset.strip_suffix(".toml").map(file_name).unwrap_or(preset);
-        RunOrigin { path: path.into(), begun, duration, preset: preset.map(name), number: None, words: None }
+        let preset = preset.map(name);
+        RunOrigin {
+            path: path.into(),
+            begun,
+            duration,
+            preset,
+            number: None,
+            words: None,
+            incomplete: None,
+            automatic: false,
+        }
     }
 }
 
@@ -60,6 +74,8 @@ impl Catalogue {
             begun: rfc3339(origin.begun),
             duration: facts.duration.or(Some(origin.duration)),
             preset: origin.preset.clone().unwrap_or_else(|| facts.preset.clone()),
+            incomplete: origin.incomplete.clone(),
+            automatic: origin.automatic,
             ..Label::new(identity())
         };
         label.write(&origin.path)?;

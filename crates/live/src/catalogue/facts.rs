@@ -15,6 +15,8 @@ use super::run::{KeyNumber, Value};
 
 /// Name of a record in a run's folder.
 pub(super) const RECORD: &str = "run.mf4";
+/// Name of a capture of the scope in a run's folder.
+pub(crate) const CAPTURE: &str = "capture.mf4";
 /// Points of a miniature.
 const POINTS: usize = 64;
 
@@ -159,6 +161,9 @@ impl Facts {
             self.command = provenance.command.clone();
             self.preset = preset(&self.command);
             self.of_parameters(&provenance.parameters);
+        } else if let Ok(opened) = Opened::open(&folder.join(RECORD)) {
+            // Stopped before the first result.
+            self.of_attached(&opened);
         }
         true
     }
@@ -182,12 +187,16 @@ impl Facts {
         let start = contents.header.start.duration_since(std::time::UNIX_EPOCH);
         let first = contents.events.iter().find(|(_, event)| event.name == BEGIN).map_or(0, |(_, event)| event.cycle);
         self.begun = start.ok().map(|start| start.as_secs_f64() + first as f64 * tick.unwrap_or_default());
-        let attached = contents.attachments.iter().find(|file| file.name == PRESET);
-        if let Some(text) = attached.and_then(|file| std::str::from_utf8(&file.bytes).ok()) {
-            let text = text.to_owned();
-            self.of_parameters(&text);
-        }
+        self.of_attached(&opened);
         true
+    }
+
+    /// Reads the parameters in a record.
+    fn of_attached(&mut self, record: &Opened) {
+        let attached = record.head().attachments.iter().find(|file| file.name == PRESET);
+        if let Some(text) = attached.and_then(|file| std::str::from_utf8(&file.bytes).ok()) {
+            self.of_parameters(text);
+        }
     }
 
     fn result(&self, name: &str) -> Option<&Value> {

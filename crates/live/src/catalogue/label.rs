@@ -28,6 +28,15 @@ pub(super) struct Label {
     pub(super) tags: Vec<String>,
     #[serde(default)]
     pub(super) note: String,
+    /// Why the run was not completed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) incomplete: Option<String>,
+    /// Whether its record was made automatically, so that it may be removed for newer ones.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub(super) automatic: bool,
+    /// Whether its record was removed for newer ones.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub(super) record_removed: bool,
     /// Time of deletion, and its place before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) deleted: Option<String>,
@@ -51,6 +60,10 @@ impl Label {
         text.push('\n');
         output::write(&file(run), text)
     }
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 /// Path of the label.

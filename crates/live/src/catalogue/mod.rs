@@ -14,12 +14,16 @@ mod label;
 mod place;
 mod query;
 mod rebuild;
+mod records;
 mod run;
 mod store;
 #[cfg(test)]
 mod tests;
 
 pub use enter::RunOrigin;
+pub(crate) use facts::CAPTURE;
 pub use place::Catalogue;
 pub use rebuild::Rebuilt;
+pub(crate) use records::incomplete;
+pub use records::{Records, write_incomplete};
 pub use run::{Details, Found, KeyNumber, Run, State, Value};

@@ -44,6 +44,12 @@ pub struct Run {
     pub files: Vec<String>,
     /// The file that can be replayed.
     pub record: Option<String>,
+    /// Why it was not completed; `null` if it was.
+    #[serde(default)]
+    pub incomplete: Option<String>,
+    /// Whether its record was removed, because the records of the project reached their limit.
+    #[serde(default)]
+    pub record_removed: bool,
     /// Its friction curve in at most 64 points: velocity [rad/s], torque [N m].
     pub curve: Vec<[f64; 2]>,
     /// Availability of its files.
@@ -182,6 +188,8 @@ impl Catalogue {
             folder,
             files: facts.files,
             record: facts.record,
+            incomplete: label.incomplete,
+            record_removed: label.record_removed,
             curve: facts.curve,
             state,
         };

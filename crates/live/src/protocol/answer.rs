@@ -136,6 +136,8 @@ pub enum Answer {
         /// The points.
         points: Vec<Point>,
     },
+    /// A part of the history.
+    Past(Box<Past>),
     /// A stream of every cycle has started.
     Samples {
         /// Its number.
@@ -146,6 +148,10 @@ pub enum Answer {
         /// The newest last.
         marks: Vec<Mark>,
     },
+    /// State of the target before the start of the program.
+    EarlierState(Box<EarlierState>),
+    /// Records of measurements.
+    Records(Records),
     /// Runs of the catalogue.
     Runs {
         /// The newest first.
@@ -253,6 +259,25 @@ pub struct Point {
     pub last: Vec<Option<f64>>,
     /// Whether the window contains a NaN, for each signal.
     pub nan: Vec<bool>,
+}
+
+/// A part of the history.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Past {
+    /// The oldest cycle of the history.
+    pub oldest: u64,
+    /// The cycle after the newest one.
+    pub next: u64,
+    /// Number of cycles of the finest blocks.
+    pub finest: u64,
+    /// Number of cycles of the returned blocks.
+    pub block: u64,
+    /// The first cycle of the first block.
+    pub from: u64,
+    /// Smallest value in each block, for each signal; `null` without a finite value.
+    pub low: Vec<Vec<Option<f32>>>,
+    /// Largest value in each block.
+    pub high: Vec<Vec<Option<f32>>>,
 }
 
 /// A complete capture.

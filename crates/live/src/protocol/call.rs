@@ -29,6 +29,8 @@ pub enum Call {
     Close {},
     /// Acknowledge the fault.
     Acknowledge {},
+    /// Acknowledge the fault and take the way back that its remedy names: arm, home, or open the external file again.
+    Recover {},
     /// End the running motion or measurement: the set-point comes to rest under control.
     Halt {},
     /// Follow a reference from the present position of the axis.
@@ -178,6 +180,19 @@ pub enum Call {
         /// Its name.
         name: String,
     },
+    /// Read the state of the target before the start of the program, with the differences from the active one.
+    EarlierState {},
+    /// Restore this state: all of its values or none.
+    RestoreState {},
+    /// Discard this state; the project preserves it in `state/target-before.json`.
+    DiscardState {},
+    /// Store the layout of the operator's scope in the project; other clients' layouts are ignored.
+    KeepLayout {
+        /// The layout, at most 64 kB.
+        layout: String,
+    },
+    /// Read the stored layout of the scope; empty if there is none.
+    Layout {},
     /// Read the active parameters as a file.
     Parameters {},
     /// List the active parameters that differ from those of the start of the run.
@@ -315,6 +330,17 @@ pub enum Call {
         /// The stream's number.
         capture: u64,
     },
+    /// Read extremes of signals from the history of the bench, in blocks of cycles.
+    Past {
+        /// Names of the signals.
+        signals: Vec<String>,
+        /// The first cycle.
+        from: u64,
+        /// The cycle after the last one.
+        to: u64,
+        /// Largest number of blocks; at most 4096.
+        points: u64,
+    },
     /// Stream every cycle of up to 64 signals; only over the WebSocket, in binary messages.
     Samples {
         /// Names of the signals, each once.
@@ -345,6 +371,8 @@ pub enum Call {
         #[serde(default = "fifty")]
         limit: u64,
     },
+    /// Read size and limit of the records of measurements.
+    Records {},
     /// Read a run with its parameters and results.
     Run {
         /// Its number.
@@ -488,11 +516,16 @@ impl Call {
                 | Call::Fetch { .. }
                 | Call::Stream { .. }
                 | Call::Points { .. }
+                | Call::Past { .. }
                 | Call::Samples { .. }
                 | Call::Marks {}
                 | Call::Drop { .. }
                 | Call::Runs { .. }
                 | Call::Run { .. }
+                | Call::Records {}
+                | Call::EarlierState {}
+                | Call::Layout {}
+                | Call::KeepLayout { .. }
                 | Call::Replay { .. }
                 | Call::EndReplay {}
                 | Call::Story { .. }

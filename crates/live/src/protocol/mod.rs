@@ -6,7 +6,7 @@ mod chatter;
 mod json;
 mod status;
 
-pub use answer::{Answer, Captured, Changed, OverlaidRun, Point, Signal};
+pub use answer::{Answer, Captured, Changed, OverlaidRun, Past, Point, Signal};
 pub use call::{Call, Quantity, TrialFile};
 pub use chatter::ChatterMargin;
 pub use json::schema;
@@ -18,6 +18,7 @@ pub use super::controller::{
     LoopVerdict, LoopView, PoleDrag, PoleGrip, TuneProgress,
 };
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
+pub use super::fault::{FaultRecovery, FaultStatus, Look};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::frictions::LibraryFriction;
 pub use super::health::Loss;
@@ -29,6 +30,8 @@ pub use super::machine::{Factor, Machine, Part, PartKind};
 pub use super::preload::AdvisedPreload;
 pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
 pub use super::runs::ReplayProgress;
+pub use super::state::EarlierState;
+pub use crate::catalogue::Records;
 pub use stickslip_bench::run::{Alignment, Course, RunEvent, Simulated, Trace};
 pub use stickslip_study::trials::{
     Comparison, ManoeuvreForm, PairRow, RankColumn, RankRow, TrialChoices, TrialCourse, TrialPair, TrialRow,

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::fault::FaultStatus;
 use stickslip_bench::remote::Counts;
 
 /// Status of the running bench.
@@ -14,6 +15,9 @@ pub struct Status {
     pub state: String,
     /// Reason of a fault or of the end.
     pub reason: Option<String>,
+    /// The fault with its remedy.
+    #[serde(default)]
+    pub fault: Option<FaultStatus>,
     /// Number of the newest cycle.
     pub cycle: u64,
     /// Tick rate [Hz].
@@ -58,9 +62,18 @@ pub struct Status {
     /// Amount of recorded data, also of a recording that broke off.
     #[serde(default)]
     pub recorded: Option<Recorded>,
+    /// Amount of recorded data of the running measurement; `null` if it is not recorded.
+    #[serde(default)]
+    pub measurement_record: Option<Recorded>,
     /// Why the last run is not in the catalogue.
     #[serde(default)]
     pub not_entered: Option<String>,
+    /// Why the state of the target or the record of the last measurement is not saved, or not read.
+    #[serde(default)]
+    pub not_saved: Option<String>,
+    /// Number of values that differ in the state before the start of the program; `null`: nothing to restore.
+    #[serde(default)]
+    pub earlier: Option<usize>,
     /// Addresses for measurement and calibration tools.
     #[serde(default)]
     pub xcp: Vec<XcpStatus>,

@@ -12,6 +12,7 @@ use std::thread::{self, JoinHandle};
 pub use replay::ReplayProgress;
 
 use super::protocol::Answer;
+use super::recorder::Ending;
 use super::{Live, lock};
 use crate::catalogue::{Catalogue, Details, Found, RunOrigin};
 use replay::Replay;
@@ -23,7 +24,9 @@ use stickslip_recording::export::{self, Part};
 pub(super) struct Runs {
     folder: PathBuf,
     catalogue: Catalogue,
-    entries: Sender<Option<RunOrigin>>,
+    entries: Sender<Entry>,
+    /// Limit of the automatic records [bytes].
+    record_limit: u64,
     /// Why the last run could not be entered.
     not_entered: Arc<Mutex<Option<String>>>,
     /// The next number, if the catalogue cannot be written.
@@ -34,37 +37,58 @@ pub(super) struct Runs {
     opened: Mutex<Option<(i64, Arc<Stored>)>>,
 }
 
+/// An item for the catalogue.
+enum Entry {
+    Run(RunOrigin),
+    /// A measurement, whose record may still wait for its last changes.
+    Measured(RunOrigin, Option<Ending>),
+    End,
+}
+
 /// The thread that enters runs, so that no command of the axis waits for a disk.
 pub(super) struct CatalogueThread {
-    /// Runs that have ended; `None` ends the thread.
-    to: Sender<Option<RunOrigin>>,
+    to: Sender<Entry>,
     thread: JoinHandle<()>,
 }
 
 impl CatalogueThread {
     /// Waits until all runs are entered.
     pub(super) fn finish(self) {
-        let _ = self.to.send(None);
+        let _ = self.to.send(Entry::End);
         let _ = self.thread.join();
     }
 }
 
 impl Runs {
-    pub(super) fn start(project: &Path) -> (Self, CatalogueThread) {
+    /// With a limit of the automatic records [bytes]. Enters runs that the end of the last program interrupted.
+    pub(super) fn start(project: &Path, record_limit: u64) -> (Self, CatalogueThread) {
         let catalogue = Catalogue::of_project(project, Path::new("."));
-        let (to, from): (_, Receiver<Option<RunOrigin>>) = mpsc::channel();
+        let (to, from): (_, Receiver<Entry>) = mpsc::channel();
         let not_entered = Arc::new(Mutex::new(None));
         let (index, failure) = (catalogue.clone(), not_entered.clone());
+        let folder = project.join("runs");
+        let interrupted = index.enter_interrupted(&folder);
+        *lock(&failure) = interrupted.err().map(|error| error.to_string());
         let thread = thread::spawn(move || {
-            while let Ok(Some(origin)) = from.recv() {
-                let entered = index.enter(&origin);
+            loop {
+                let (origin, ending) = match from.recv() {
+                    Ok(Entry::Run(origin)) => (origin, None),
+                    Ok(Entry::Measured(origin, ending)) => (origin, ending),
+                    Ok(Entry::End) | Err(_) => return,
+                };
+                let mut entered = index.enter(&origin).map(drop);
+                if let Some(ending) = ending {
+                    ending.finish();
+                    entered = entered.and_then(|()| index.limit_records(record_limit));
+                }
                 *lock(&failure) = entered.err().map(|error| error.to_string());
             }
         });
         let runs = Runs {
-            folder: project.join("runs"),
+            folder,
             catalogue,
             entries: to.clone(),
+            record_limit,
             not_entered,
             next: AtomicU64::new(1),
             replay: Mutex::default(),
@@ -75,7 +99,29 @@ impl Runs {
 
     /// Passes a finished run to the catalogue thread; if the thread has ended, the run is not entered.
     pub(super) fn enter(&self, origin: RunOrigin) {
-        let _ = self.entries.send(Some(origin));
+        let _ = self.entries.send(Entry::Run(origin));
+    }
+
+    /// The same for a measurement, with its recording.
+    pub(super) fn enter_measured(&self, origin: RunOrigin, recording: Option<Ending>) {
+        let _ = self.entries.send(Entry::Measured(origin, recording));
+    }
+
+    /// Enters a capture at once, and removes the oldest automatic files above their limit. Returns its number.
+    pub(super) fn enter_now(&self, origin: &RunOrigin) -> Result<i64, Error> {
+        let number = self.catalogue.enter(origin)?;
+        self.catalogue.limit_records(self.record_limit.max(1))?;
+        Ok(number.unwrap_or_default())
+    }
+
+    /// Notes why a run could not be saved.
+    pub(super) fn report(&self, failure: String) {
+        *lock(&self.not_entered) = Some(failure);
+    }
+
+    /// Size and limit of the automatic records.
+    pub(super) fn records(&self) -> Result<Answer, Error> {
+        self.catalogue.records(self.record_limit).map(Answer::Records)
     }
 
     /// Why the last run could not be entered.

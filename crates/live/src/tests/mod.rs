@@ -4,6 +4,8 @@ mod jogged;
 mod loaded;
 mod measured;
 mod recorded;
+mod scope;
+mod state;
 mod tried;
 mod trouble;
 

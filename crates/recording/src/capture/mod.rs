@@ -4,7 +4,8 @@
 //! A [`Stream`] receives one row per tick: the number of the cycle and all signals. It passes them to any number of
 //! sinks, which are added and removed while it runs: a [`Capture`] stores the rows around a [`Trigger`], an
 //! [`Envelope`] reduces a live stream to minimum, maximum and last value of a number of ticks, [`Batches`] provide
-//! every row, a [`Pyramid`] returns any span of its history with a limited number of points. All are plain data: no
+//! every row, a [`Pyramid`] returns any span of its samples with a limited number of points, and a [`History`] reaches
+//! further back with extremes only. All are plain data: no
 //! thread, no clock, the same rows give the same result. Use them on an ordinary thread, after the ring of the
 //! real-time loop.
 //!
@@ -34,6 +35,7 @@ mod detector;
 mod envelope;
 mod extremes;
 mod history;
+mod past;
 mod plan;
 mod pyramid;
 mod segment;
@@ -47,6 +49,7 @@ mod tests;
 pub use batches::{Batch, Batches};
 pub use envelope::{Envelope, Point};
 pub use extremes::Extremes;
+pub use past::{History, Past};
 pub use plan::{Keep, Plan};
 pub use pyramid::{Block, Pyramid};
 pub use segment::{Gap, Segment};

@@ -99,6 +99,8 @@ pub struct Measurement<P: Plan> {
     pub outcome: P::Outcome,
     /// Timing report of a run in real time.
     pub clocked: Option<TimingReport>,
+    /// Why the plan was not completed, for another reason than a cancellation.
+    pub stopped: Option<String>,
 }
 
 /// Switches a virtual bench on and measures as [`measure_on`]; `tap` gets every cycle.
@@ -168,7 +170,7 @@ pub fn measure_homed<P: Plan>(
     let outcome = plan.run(bench, watch)?;
     let mut preset = *preset;
     preset.plant.wheel.preload = bench.preload();
-    Ok(Measurement { preset, seed: None, plan, outcome, clocked: None })
+    Ok(Measurement { preset, seed: None, plan, outcome, clocked: None, stopped: None })
 }
 
 impl<P: Plan> Measurement<P> {
@@ -196,15 +198,15 @@ impl<P: Plan> Measurement<P> {
         if !self.outcome.complete() {
             title += " (incomplete)";
         }
+        let ended = match &self.stopped {
+            Some(cause) => format!("Stopped: {cause} Results measured until then. "),
+            None if self.outcome.complete() => String::new(),
+            None => "Cancelled: results measured until then. ".into(),
+        };
         let duration = Estimate::new(self.outcome.duration(), "s");
         let (figure, caption) = self.outcome.figure();
         let report = Report::new(title, provenance)
-            .summary(format!(
-                "{}{} of bench time, friction wheel at preload {}.",
-                if self.outcome.complete() { "" } else { "Cancelled: results measured until then. " },
-                duration,
-                self.preload()
-            ))
+            .summary(format!("{ended}{duration} of bench time, friction wheel at preload {}.", self.preload()))
             .table(self.outcome.table())
             .figure(figure, caption);
         let further = self.outcome.further().into_iter();

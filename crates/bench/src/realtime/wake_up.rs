@@ -7,8 +7,8 @@ use stickslip_rt::{
     Block, Cycle, Granted, Histograms, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Summary, ThreadSettings,
 };
 
+use crate::BenchError;
 use stickslip_base::{Error, Watch};
-use stickslip_bench::BenchError;
 
 /// Polling interval of a running measurement.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);

@@ -2,19 +2,23 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::lock;
+use super::RunWriter;
+use crate::tap::{Changed, Sample};
 use stickslip_base::Error;
-use stickslip_bench::run::RunWriter;
-use stickslip_bench::tap::{Changed, Sample};
 
 /// Maximum number of cycles that wait for the disk: half a minute at 4 kHz. Memory is used only as needed.
 const ROOM: usize = 1 << 17;
 /// Polling interval while no cycle comes.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Locks also after a panic of another thread: the amounts are plain numbers.
+fn lock(progress: &Mutex<Progress>) -> MutexGuard<'_, Progress> {
+    progress.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// An item of the record.
 #[expect(clippy::large_enum_variant, reason = "nearly all are samples")]
@@ -25,16 +29,19 @@ enum Item {
 
 /// Amount of written data.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Progress {
+pub struct Progress {
     /// The first cycle.
-    pub(super) from: u64,
-    pub(super) rows: u64,
-    pub(super) bytes: u64,
-    pub(super) lost: u64,
+    pub from: u64,
+    /// Number of written cycles.
+    pub rows: u64,
+    /// Length of the file.
+    pub bytes: u64,
+    /// Cycles that are missing in it.
+    pub lost: u64,
 }
 
 /// The writer of a record, on its own thread.
-pub(super) struct Scribe {
+pub struct Scribe {
     to: Sender<Item>,
     waiting: Arc<AtomicUsize>,
     /// Cycles dropped since the last written one, because the buffer was full.
@@ -49,7 +56,7 @@ pub(super) struct Scribe {
 impl Scribe {
     /// Opens a file and writes cycles and changes, from the cycle that `open` returns. If the file cannot be opened or
     /// written, `failed` gets the error, and the rest is dropped.
-    pub(super) fn start(
+    pub fn start(
         open: impl FnOnce() -> Result<(RunWriter, u64), Error> + Send + 'static,
         progress: Arc<Mutex<Progress>>,
         failed: impl FnOnce(&Error) + Send + 'static,
@@ -65,17 +72,22 @@ impl Scribe {
     }
 
     /// Accepts no more cycles; changes of earlier cycles may still come.
-    pub(super) fn close(&mut self) {
+    pub fn close(&mut self) {
         self.closed = true;
     }
 
+    /// Whether it accepts no more cycles.
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
     /// Whether the thread has ended.
-    pub(super) fn has_ended(&self) -> bool {
+    pub fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
 
     /// Adds a cycle. Returns the number of cycles dropped since the last written one.
-    pub(super) fn sample(&mut self, sample: &Sample) -> u64 {
+    pub fn sample(&mut self, sample: &Sample) -> u64 {
         if self.closed {
             return 0;
         }
@@ -94,9 +106,9 @@ impl Scribe {
     }
 
     /// Adds a change.
-    pub(super) fn change(&mut self, changed: Changed) {
+    pub fn change(&mut self, changed: &Changed) {
         if !(self.closed && changed.cycle > self.last) {
-            let _ = self.to.send(Item::Changed(Box::new(changed)));
+            let _ = self.to.send(Item::Changed(Box::new(*changed)));
         }
     }
 
@@ -104,7 +116,7 @@ impl Scribe {
     ///
     /// # Errors
     /// As opening or writing the file.
-    pub(super) fn finish(self) -> Result<(), Error> {
+    pub fn finish(self) -> Result<(), Error> {
         drop(self.to);
         self.thread.join().expect("writing a record does not panic")
     }
@@ -148,9 +160,9 @@ mod tests {
     use std::sync::mpsc;
 
     use super::*;
+    use crate::run::{About, Record};
+    use crate::{Bench as _, Command, VirtualBench};
     use stickslip_base::parameters::presets;
-    use stickslip_bench::run::{About, Record};
-    use stickslip_bench::{Bench as _, Command, VirtualBench};
 
     #[test]
     fn cycles_dropped_by_a_full_buffer_are_in_the_record_as_lost() {

@@ -11,8 +11,8 @@ use std::time::Duration;
 use stickslip_rt::{Block, Clock, Cycle, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, ThreadSettings};
 
 use super::wake_up::follow;
+use crate::BenchError;
 use stickslip_base::{Error, Watch};
-use stickslip_bench::BenchError;
 
 /// Period of the spins: the kernel stops a real-time thread that uses more than 95 % of a second.
 const PERIOD: Duration = Duration::from_millis(100);
