@@ -211,6 +211,7 @@ class Bench {
       // The reason why a job ended early becomes a message in every window.
       const ended = this.status?.doing && !status.doing ? status.last : null
       if (ended?.error) this.warn(`${ended.what}: ${ended.error}`)
+      if (status.not_saved && status.not_saved !== this.status?.not_saved) this.warn(status.not_saved)
       this.status = status
       this.received = this.now = Date.now()
     } catch (error) {

@@ -19,6 +19,7 @@ const waiting = [
   'runs',
   'narrow',
   'simulation',
+  'memory',
   'controllers',
   'entered',
   'escape',

@@ -75,7 +75,7 @@ class Scene {
       child.once('exit', (code) => reject(new Error(`the program ended with ${code}`)))
     })
     const ended = new Promise((resolve) => child.once('exit', resolve))
-    this.bench = { address: new URL(address), ended, stop: () => (child.kill('SIGINT'), ended) }
+    this.bench = { address: new URL(address), ended, stop: () => (child.kill('SIGINT'), ended), kill: () => (child.kill('SIGKILL'), ended) }
   }
 
   async page(name, { width = 1440, height = 900, ...more } = {}) {

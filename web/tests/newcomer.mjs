@@ -4,7 +4,7 @@
 import assert from 'node:assert/strict'
 import { readFileSync, readdirSync } from 'node:fs'
 import { join } from 'node:path'
-import { play, state } from './harness.mjs'
+import { caller, play, state } from './harness.mjs'
 
 const real = Boolean(process.env.REAL)
 /** Maximum number of clicks. */
@@ -110,6 +110,21 @@ await play(
     console.log(`${clicks} clicks, ${seconds.toFixed(0)} s`)
     if (real) assert.ok(seconds <= LONGEST, `${seconds} s`)
     assert.ok(clicks <= BUDGET, `${clicks} clicks`)
+    await scene.step('"Measure again" measures what the tab shows', async () => {
+      await ann.keyboard.press('2')
+      await ann.getByRole('tab', { name: 'Desired and measured' }).click()
+      await button(/Measure again R/).click()
+      for (;;) {
+        const { measuring, rendered } = await caller(ann)({ call: 'curve' })
+        if (measuring) {
+          assert.ok(rendered, 'with the load motor rendering')
+          break
+        }
+        await ann.waitForTimeout(50)
+      }
+      await ann.getByRole('tab', { name: 'Desired and measured', selected: true }).waitFor()
+      await caller(ann)({ call: 'halt' })
+    })
   },
   ...(real ? [process.env.REAL.split(',').filter((value) => value.includes('='))] : []),
 )

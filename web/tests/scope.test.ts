@@ -2,7 +2,9 @@ import { expect, test } from 'vitest'
 import { frame, type Frame } from '../src/scope/frames'
 import { steps } from '../src/scope/draw'
 import { read, Unreadable } from '../src/scope/formula'
+import { Chunk } from '../src/scope/past'
 import { Ring } from '../src/scope/ring'
+import { packed, ringOf, unpacked } from '../src/scope/samples'
 import { peak, spectrum } from '../src/scope/spectrum'
 import { crossing } from '../src/scope/trigger'
 
@@ -174,4 +176,58 @@ test('the spectrum of a sine shows its frequency and amplitude, also between two
   ring.write(batch(5010, 10, [[0, 0]]))
   expect(spectrum(ring, 0, 0, 5011, 1000)).toBeNull()
   expect(spectrum(ring, 0, 0, 10, 1000)).toBeNull()
+})
+
+/** Cycles `from` … `to` − 1 of two signals, without every 50th. */
+function fill(ring: Ring, from: number, to: number) {
+  for (let cycle = from; cycle < to; cycle++) if (cycle % 50) ring.write(batch(cycle, 0, [[cycle], [-cycle]]))
+}
+
+test('after a hold the buffer continues with the cycles that arrived meanwhile', () => {
+  const held = new Ring(2, 1000, Infinity, 512)
+  fill(held, 1001, 1300)
+  const live = new Ring(2, 1000, Infinity, 512)
+  fill(live, 1301, 1400)
+  expect(held.append(live)).toBe(true)
+  expect([held.first, held.next]).toEqual([1001, 1400])
+  for (let cycle = 1001; cycle < 1400; cycle++) expect(held.value(1, cycle)).toBe(cycle % 50 ? -cycle : NaN)
+  // Cycles before the first received one are missing, too.
+  expect(held.gaps.map((gap) => gap.from)).toEqual([1050, 1100, 1150, 1200, 1250, 1300, 1350])
+  // A restarted bench counts its cycles from zero.
+  const restarted = new Ring(2, 1000, Infinity, 512)
+  fill(restarted, 1, 90)
+  expect(held.append(restarted)).toBe(false)
+})
+
+test('older cycles have the extremes of the history, the finest that covers them', () => {
+  const ring = new Ring(2, 1000, Infinity, 256)
+  fill(ring, 1001, 1101)
+  const whole = new Chunk([0], { from: 0, block: 256, low: [[0, 250, 500, 700, 990]], high: [[255, 511, 900, 999, 1100]] })
+  const near = new Chunk([0], { from: 768, block: 16, low: [[768, null, 800]], high: [[783, null, 815]] })
+  ring.past = [near, whole]
+  const [low, high] = [new Float64Array(4), new Float64Array(4)]
+  ring.extremes(0, 768, 16, 4, low, high)
+  expect([...low]).toEqual([768, NaN, 800, NaN])
+  ring.extremes(0, 256, 256, 4, low, high)
+  expect([[...low], [...high]]).toEqual([[250, 500, 700, 1024], [511, 900, 1023, 1099]])
+  // Only the extremes are there: no values, and no statistics.
+  expect(ring.value(0, 900)).toBeNaN()
+  expect(ring.statistics(0, 900, 1050).count).toBe(0)
+  expect(ring.statistics(0, 1010, 1019).count).toBe(10)
+  ring.extremes(1, 256, 256, 2, low, high)
+  expect([...low.slice(0, 2)]).toEqual([NaN, NaN])
+})
+
+test('samples of a capture read back as they were sent', async () => {
+  const ring = new Ring(2, 1000, Infinity, 512)
+  fill(ring, 1001, 1300)
+  const signal = (name: string) => ({ name, label: name, symbol: '', unit: 'rad', printed_unit: 'rad', help: '', values: [] })
+  const signals = ['one', 'two'].map(signal)
+  const body = packed(ring, signals.map((signal, index) => ({ signal, index })), 1040, 1200, 1000, 1100)!
+  const read = unpacked(await body.arrayBuffer())
+  expect([read.rate, read.trigger, read.cycles.length, read.cycles[0]]).toEqual([1000, 1100, 157, 1040])
+  const again = ringOf(read, [signal('two'), signal('three')])
+  expect([again.first, again.next]).toEqual([1040, 1200])
+  expect([again.value(0, 1041), again.value(0, 1050), again.value(1, 1041)]).toEqual([-1041, NaN, NaN])
+  expect(packed(ring, [], 5000, 6000, 1000, null)).toBeNull()
 })

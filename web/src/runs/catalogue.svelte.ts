@@ -2,7 +2,7 @@
 
 import { bench, store, stored } from '../bench.svelte'
 import { Refused } from '../connection'
-import type { Call, RunEvent, ReplayProgress, Run, Value } from '../protocol'
+import type { Call, Records, RunEvent, ReplayProgress, Run, Value } from '../protocol'
 
 /** Maximum number of compared runs. */
 export const MOST = 6
@@ -19,6 +19,8 @@ class Catalogue {
   of = $state(0)
   hints = $state.raw<string[]>([])
   loaded = $state(false)
+  /** Size and limit of the records of measurements. */
+  records = $state.raw<Records | null>(null)
   /** Runs deleted since the window was opened stay in the list, with Undo. */
   deleted = $state.raw<Run[]>([])
   selected = $state.raw<Details | null>(null)
@@ -39,6 +41,7 @@ class Catalogue {
   async search() {
     const query = this.query
     const found = await orNull(bench.connection.call({ call: 'runs', query, limit: PAGE }, 'runs'))
+    this.records = await orNull(bench.connection.call({ call: 'records' }, 'records'))
     // A newer request is running.
     if (!found || query !== this.query) return
     this.runs = found.runs

@@ -3,7 +3,9 @@
 import { bench, store, stored } from '../bench.svelte'
 import { type Command, dock as table } from '../commands'
 import { save } from '../plot/export'
+import type { FaultStatus } from '../protocol'
 import { view } from '../view.svelte'
+import { captures, type Kind } from './captures.svelte'
 import { scope } from './scope.svelte'
 
 const STORAGE = 'stickslip.dock'
@@ -17,7 +19,7 @@ const ROOM = 860
 class Dock {
   height = $state(280)
   #open = $state<Record<string, boolean>>({})
-  side = $state<'signals' | 'readout' | ''>('signals')
+  side = $state<'signals' | 'readout' | 'captures' | ''>('signals')
   panel = $state<'' | 'trigger' | 'export'>('')
   /** True if its keys have priority: the pointer or the focus is inside. */
   within = false
@@ -72,6 +74,27 @@ class Dock {
     else void bench.command({ call: 'record', name: 'scope' })
   }
 
+  /** Shows the signals around a fault: from 2 s before it to 0.5 s after. */
+  async showFault({ cycle, capture, code }: FaultStatus) {
+    if (!this.full && !this.open) this.toggle()
+    const rate = bench.status?.rate ?? 0
+    const range: [number, number] = [cycle - 2 * rate, cycle + rate / 2]
+    if (capture !== null) return void (await captures.open(capture, `fault, ${code.replaceAll('-', ' ')}`, range))
+    // Not saved yet: the buffer of the page has them, too.
+    scope.follow = false
+    scope.triggered = cycle
+    scope.show(...range)
+  }
+
+  /** Files of the samples: written by the program. */
+  async leaveAs(kind: Kind, what: 'visible' | 'cursors' | 'all') {
+    this.panel = ''
+    const { span } = await import('./files')
+    const part = span(what)
+    if (!part || part[1] < part[0]) return bench.warn(what === 'cursors' ? 'Set both cursors first: A and B' : 'Every cycle of this range is no longer available')
+    await captures.leave(kind, part)
+  }
+
   async leave(kind: 'svg' | 'png' | 'visible' | 'cursors' | 'all') {
     this.panel = ''
     const [{ figures, span, table }, { raster, stacked }] = await Promise.all([import('./files'), import('../plot/export')])
@@ -84,7 +107,7 @@ class Dock {
       return save('scope.png', 'image/png', await raster(text, Number(width), Number(height)))
     }
     const part = span(kind)
-    if (!part || part[1] < part[0]) return bench.warn(kind === 'cursors' ? 'Set both cursors first: A and B' : 'No data')
+    if (!part || part[1] < part[0]) return bench.warn(kind === 'cursors' ? 'Set both cursors first: A and B' : 'Every cycle of this range is no longer available')
     save('scope.csv', 'text/csv', table(part))
   }
 
@@ -101,6 +124,7 @@ class Dock {
       { name: 'Scope: remove cursors', key: '', run: () => (scope.cursors = { a: null, b: null }) },
       { name: 'Scope: trigger level at the pointer', key: 'T', run: () => this.#level(), off: () => (scope.pointer ? null : 'Move the pointer over a pane') },
       { name: 'Scope: show all', key: '0', run: () => scope.all() },
+      { name: 'Scope: show the history of the program', key: '', run: () => scope.showHistory() },
       { name: 'Scope: previous view', key: '[', run: () => scope.back() },
       { name: 'Scope: next view', key: ']', run: () => scope.forth() },
       { name: 'Scope: export', key: 'E', run: () => (this.panel = this.panel === 'export' ? '' : 'export') },

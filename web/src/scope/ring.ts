@@ -2,11 +2,14 @@
 
 import type { Step } from './formula'
 import type { Frame } from './frames'
+import type { Chunk } from './past'
 
 /** Cycles per block with stored extremes. */
 const BLOCK = 16
 /** Memory for all signals [bytes]. */
 const BUDGET = 200e6
+/** Cycles that are copied at once. */
+const COPY = 4096
 /** Length of the buffer if it fits into the memory [s]. */
 const LONGEST = 60
 
@@ -23,6 +26,8 @@ export class Ring {
   delivered = 0
   missing = 0
   gaps: Gap[] = []
+  /** Parts of the program's history before the oldest cycle: near the view, and all of it. */
+  past: Chunk[] = []
   readonly columns: Float64Array[]
   readonly signals: number
   /** Formulas of the computed columns. */
@@ -30,10 +35,10 @@ export class Ring {
   #least: Float64Array[]
   #largest: Float64Array[]
 
-  constructor(signals: number, rate: number, budget = BUDGET) {
+  constructor(signals: number, rate: number, budget = BUDGET, most = LONGEST * rate) {
     this.signals = signals
     const bytes = signals * 8 * (1 + 2 / BLOCK)
-    this.room = BLOCK * Math.max(1, Math.floor(Math.min(LONGEST * rate, budget / bytes) / BLOCK))
+    this.room = BLOCK * Math.max(1, Math.floor(Math.min(most, budget / bytes) / BLOCK))
     const arrays = (length: number) => Array.from({ length: signals }, () => new Float64Array(length))
     this.columns = arrays(this.room)
     this.#least = arrays(this.room / BLOCK)
@@ -106,6 +111,26 @@ export class Ring {
     while (this.gaps.length && this.gaps[0]!.from + this.gaps[0]!.cycles <= first) this.gaps.shift()
   }
 
+  /** Adds the newer cycles of another ring of the same signals; returns whether they continue this one. */
+  append(other: Ring): boolean {
+    if (other.next < 0 || this.next < 0 || other.first < this.next) return other.next < 0
+    for (let cycle = other.first; cycle < other.next; ) {
+      const gap = other.gaps.find((gap) => gap.from <= cycle && cycle < gap.from + gap.cycles)
+      if (gap) {
+        cycle = gap.from + gap.cycles
+        continue
+      }
+      const before = other.gaps.find((gap) => gap.from > cycle)?.from ?? other.next
+      const rows = Math.min(before - cycle, other.room - (cycle % other.room), COPY)
+      const values = new Float64Array(rows * this.signals)
+      const slot = cycle % other.room
+      for (let signal = 0; signal < this.signals; signal++) values.set(other.columns[signal]!.subarray(slot, slot + rows), signal * rows)
+      this.write({ stream: 0, from: cycle, missing: 0, rows, values })
+      cycle += rows
+    }
+    return true
+  }
+
   #extend(signal: number, cycle: number, values: Float64Array, from: number, to: number) {
     const block = Math.floor((cycle % this.room) / BLOCK)
     const fresh = cycle % BLOCK === 0 || cycle === this.origin
@@ -154,6 +179,15 @@ export class Ring {
       let cycle = Math.max(first, Math.ceil(from + i * step))
       const end = Math.min(next, Math.ceil(from + (i + 1) * step))
       let [a, b] = [Infinity, -Infinity]
+      if (from + i * step < first) {
+        const [start, stop] = [from + i * step, Math.min(first, from + (i + 1) * step)]
+        for (const chunk of this.past) {
+          if (!chunk.has(signal) || chunk.from > start + chunk.block || chunk.to < stop - chunk.block) continue
+          const found = chunk.extremes(signal, start, stop)
+          if (found) [a, b] = found
+          break
+        }
+      }
       while (cycle < end) {
         const slot = cycle % room
         // A block that starts before the oldest cycle is partly overwritten with newer cycles.
@@ -178,6 +212,8 @@ export class Ring {
   statistics(signal: number, from: number, to: number): Statistics {
     const column = this.columns[signal]!
     let [count, sum, squares, least, largest] = [0, 0, 0, Infinity, -Infinity]
+    // Of older cycles only extremes are available.
+    if (from < this.first && this.past.length) to = from - 1
     // Relative to the first value, so that a large mean costs no precision.
     let origin = NaN
     for (let cycle = Math.max(this.first, from); cycle <= Math.min(this.next - 1, to); cycle++) {

@@ -1,10 +1,12 @@
 // State of the scope: signals in panes with a common time axis. Samples go directly into the ring, not through reactive state.
 
 import { bench, store, stored } from '../bench.svelte'
+import { significant } from '../format'
 import { Connection, Refused } from '../connection'
 import type { Mark, MarkKind, Signal } from '../protocol'
 import { type Formula, read, Unreadable } from './formula'
 import { frame } from './frames'
+import { History } from './history.svelte'
 import { Ring } from './ring'
 import { crossing, type Slope } from './trigger'
 
@@ -13,6 +15,8 @@ const WIDEST = 64
 const STORAGE = 'stickslip.scope'
 /** Interval between two updates of the displayed values [ms]. */
 const READ = 100
+/** Delay after which a changed layout is stored in the project [ms]. */
+const LAYOUT = 1500
 /** Shortest span of a view [cycles]. */
 const SHORTEST = 4
 
@@ -33,8 +37,8 @@ class Scope {
   channels = $state.raw<Channel[]>([])
   panes = $state<Pane[]>([])
   active = $state(0)
-  /** True if the view follows the newest cycle. */
-  follow = $state(true)
+  /** True if the view follows the newest cycle; otherwise the data are held, too. */
+  #follow = $state(true)
   /** Length of the view [s]. */
   span = $state(10)
   cursors = $state<{ a: number | null; b: number | null }>({ a: null, b: null })
@@ -50,7 +54,14 @@ class Scope {
   /** Length of the buffer [s]. */
   length = $state(0)
   online = $state(false)
+  /** The displayed data: those of `live`, or on hold those of its start, or of a capture. */
   ring: Ring | null = null
+  /** Receives every cycle. */
+  live: Ring | null = null
+  /** The displayed capture. */
+  capture = $state.raw<{ run: number; name: string } | null>(null)
+  /** The history of the program. */
+  readonly history = new History((call) => this.#connection?.call(call, 'past') ?? Promise.reject(new Refused('The bench is not connected.')))
   /** The view [cycles]. */
   view: View = { from: 0, to: 1 }
   /** Pointer position over a pane. */
@@ -58,7 +69,12 @@ class Scope {
   /** Drawn frames and the time spent on them [ms]. */
   frames = 0
   drawing = 0
-  #streamed: Signal[] = []
+  /** Signals of the program. */
+  streamed: Signal[] = []
+  /** The ring of the start of the hold, and the tick rate of the bench. */
+  #held: Ring | null = null
+  #liveRate = 0
+  #layout = 0
   #connection: Connection | null = null
   #stream = -1
   #drawers = new Set<() => void>()
@@ -88,11 +104,14 @@ class Scope {
       const [status, offer] = await Promise.all([connection.call({ call: 'status' }, 'status'), connection.call({ call: 'signals' }, 'signals')])
       const signals = offer.signals.slice(0, WIDEST)
       const names = (all: Signal[]) => all.map((signal) => signal.name).join()
-      if (!this.ring || names(signals) !== names(this.#streamed) || status.rate !== this.rate) {
-        this.#streamed = this.signals = signals
-        this.rate = status.rate
+      if (!this.live || names(signals) !== names(this.streamed) || status.rate !== this.#liveRate) {
+        this.streamed = this.signals = signals
+        this.#liveRate = status.rate
+        this.follow = true
         this.#restart()
-        if (!this.panes.length) this.#restore(offer.panes)
+        // A browser without a layout gets that of the project.
+        const text = stored(STORAGE, '') || (await connection.call({ call: 'layout' }, 'text').catch(() => ({ text: '' }))).text
+        if (!this.panes.length) this.#restore(offer.panes, text)
       }
       this.#stream = (await connection.call({ call: 'samples', signals: signals.map((signal) => signal.name) }, 'samples')).capture
       await this.askMarks()
@@ -102,22 +121,106 @@ class Scope {
     }
   }
 
+  /** Starts with an empty buffer; held data stay. */
   #restart() {
-    this.ring = new Ring(this.#streamed.length, this.rate)
-    this.#derive()
-    this.length = this.ring.room / this.rate
+    this.live = new Ring(this.streamed.length, this.#liveRate)
     this.#scanned = 0
+    this.history.restart()
+    if (!this.#follow) return this.#derive()
+    this.ring = this.live
+    this.rate = this.#liveRate
+    this.#derive()
+    this.length = this.live.room / this.rate
     this.triggered = null
     this.cursors = { a: null, b: null }
-    this.follow = true
   }
 
   #receive(buffer: ArrayBuffer) {
     const message = frame(buffer)
-    if (!this.ring || message.stream !== this.#stream) return
+    if (!this.live || message.stream !== this.#stream) return
     // A restarted bench counts its cycles from zero.
-    if (!this.ring.fits(message)) this.#restart()
-    this.ring.write(message)
+    if (!this.live.fits(message)) this.#restart()
+    this.live.write(message)
+  }
+
+  // Hold: the displayed data stay, and another buffer receives the new cycles.
+
+  get follow(): boolean {
+    return this.#follow
+  }
+
+  set follow(on: boolean) {
+    if (on === this.#follow) return
+    this.#follow = on
+    if (on) this.#release()
+    else this.#freeze()
+  }
+
+  #freeze() {
+    const { live } = this
+    if (!live) return
+    this.#held = live
+    this.live = new Ring(live.signals, this.#liveRate)
+    this.#derive()
+    // The whole history, so that it is there as long as the display is held.
+    this.history.whole(live, this.#shown())
+  }
+
+  #release() {
+    const [held, live] = [this.#held, this.live]
+    this.#held = null
+    this.history.release()
+    if (this.capture) this.triggered = null
+    if (held && live) {
+      held.past = []
+      // After a long hold, or a restart of the bench, only the newest cycles are left.
+      const continues = live.next < 0 || live.first === held.next
+      if (continues && held.append(live)) this.live = held
+    }
+    this.ring = this.live
+    this.capture = null
+    this.rate = this.#liveRate
+    this.#derive()
+    if (this.ring) this.length = this.ring.room / this.rate
+    // Cursors of data that are no longer there.
+    const { a, b } = this.cursors
+    const there = (cycle: number | null) => (cycle !== null && this.ring && cycle >= this.ring.first && cycle < this.ring.next ? cycle : null)
+    this.cursors = { a: there(a), b: there(b) }
+    this.#scanned = this.live?.next ?? 0
+  }
+
+  /** Shows saved samples instead of the live ones, until the display is resumed. */
+  showCapture(capture: { run: number; name: string }, ring: Ring, rate: number, trigger: number | null) {
+    this.follow = false
+    this.ring = ring
+    this.rate = rate
+    this.capture = capture
+    this.length = (ring.next - ring.first) / rate
+    this.triggered = trigger
+    this.cursors = { a: null, b: null }
+    this.#derive()
+    this.show(ring.first, ring.next)
+  }
+
+  /** The oldest cycle that can be displayed. */
+  get oldest(): number {
+    const { ring } = this
+    if (!ring || ring.next < 0 || this.capture) return ring?.first ?? 0
+    return Math.min(ring.first, this.history.oldest(this.#follow) ?? ring.first)
+  }
+
+  /** Requests the part of the history that the view needs; live, only how far it reaches. */
+  #askHistory() {
+    const { ring, view, history } = this
+    if (!ring || this.capture || ring.next < 0) return
+    if (this.#follow) history.look(ring, this.#shown())
+    else if (view.from < ring.first) history.near(ring, view, this.#shown())
+  }
+
+  /** Signals in the panes that the program has: their indices and names. */
+  #shown(): [number, string][] {
+    const indices = new Set(this.panes.flatMap((pane) => pane.traces.map((trace) => this.index(trace.name))))
+    return [...indices].flatMap((index): [number, string][] => (index >= 0 && index < this.streamed.length ? [[index, this.streamed[index]!.name]] : []))
   }
 
   async askMarks() {
@@ -133,13 +236,13 @@ class Scope {
 
   /** Parses a formula. @throws {Unreadable} */
   formula(text: string): Formula {
-    return read(text, { index: (name) => this.#streamed.findIndex((signal) => signal.name === name), rate: this.rate })
+    return read(text, { index: (name) => this.streamed.findIndex((signal) => signal.name === name), rate: this.rate })
   }
 
   /** Adds a channel or replaces the one with its name. @throws {Unreadable} */
   compute(typed: string, unit: string) {
     const { name, text } = this.formula(typed)
-    if (this.#streamed.some((signal) => signal.name === name)) throw new Unreadable(`the name ${name} is already a signal; choose another name before =`)
+    if (this.streamed.some((signal) => signal.name === name)) throw new Unreadable(`the name ${name} is already a signal; choose another name before =`)
     this.channels = [...this.channels.filter((channel) => channel.name !== name), { name, text, unit }]
     this.#derive()
     this.add(name)
@@ -153,7 +256,7 @@ class Scope {
   }
 
   isComputed(name: string): boolean {
-    return this.index(name) >= this.#streamed.length
+    return this.index(name) >= this.streamed.length
   }
 
   #derive() {
@@ -165,9 +268,9 @@ class Scope {
         // This bench does not have the signals; another one may.
       }
     }
-    this.ring?.derive(usable.map(({ formula }) => formula.start))
+    for (const ring of new Set([this.ring, this.live, this.#held])) ring?.derive(usable.map(({ formula }) => formula.start))
     const computed = usable.map(({ channel: { name, text, unit } }) => ({ name, label: name, symbol: '', unit, printed_unit: unit, help: `Computed: ${text}.`, values: [] }))
-    this.signals = [...this.#streamed, ...computed]
+    this.signals = [...this.streamed, ...computed]
   }
 
   index(name: string): number {
@@ -199,6 +302,7 @@ class Scope {
     this.#next = requestAnimationFrame(this.#tick)
     const start = performance.now()
     this.#advance()
+    this.#askHistory()
     for (const drawer of this.#drawers) drawer()
     this.frames += 1
     this.drawing += performance.now() - start
@@ -238,7 +342,10 @@ class Scope {
     this.triggered = event
     this.#scanned = Math.ceil(event + behind)
     this.#setView(event - trigger.before * span, event + behind)
-    if (trigger.mode === 'single') this.follow = false
+    if (trigger.mode !== 'single') return
+    this.follow = false
+    const condition = passes ? `${trigger.signal} ${slope === 'either' ? 'crosses' : slope === 'rising' ? 'rises through' : 'falls through'} ${significant(trigger.level, 3)}` : slope
+    void import('./captures.svelte').then(({ captures }) => captures.save(`single shot, ${condition}`, this.view.from, this.view.to, event))
   }
 
   /** The first cycle from `from` with a mark of a kind. */
@@ -255,8 +362,8 @@ class Scope {
   arm(mode: Mode) {
     this.trigger.mode = mode
     this.#scanned = this.ring?.next ?? 0
-    this.triggered = null
     this.follow = true
+    this.triggered = null
     this.keep()
   }
 
@@ -299,7 +406,8 @@ class Scope {
 
   /** Shows a range; in live display, only its length applies. */
   show(from: number, to: number) {
-    const room = this.ring?.room ?? to - from
+    const { ring } = this
+    const room = !ring ? to - from : this.#follow || ring.next < 0 ? ring.room : Math.max(ring.room, ring.next - this.oldest)
     const span = Math.min(Math.max(to - from, SHORTEST), room)
     const middle = (from + to) / 2
     this.view = { from: middle - span / 2, to: middle + span / 2 }
@@ -326,9 +434,17 @@ class Scope {
     if (ring && ring.next >= 0) this.show(Math.min(ring.first, ring.next - SHORTEST), ring.next)
   }
 
+  /** Holds the display and shows all of the history of the program. */
+  showHistory() {
+    const { ring } = this
+    if (!ring || ring.next < 0) return
+    this.remember()
+    this.follow = false
+    this.show(this.oldest, ring.next)
+  }
+
   hold() {
     this.follow = !this.follow
-    if (this.follow) this.#scanned = this.ring?.next ?? 0
   }
 
   // Panes.
@@ -376,7 +492,7 @@ class Scope {
   put(which: CursorName, cycle: number) {
     const { ring } = this
     if (!ring || ring.next < 0) return
-    this.cursors[which] = Math.round(Math.min(Math.max(cycle, ring.first), ring.next - 1))
+    this.cursors[which] = Math.round(Math.min(Math.max(cycle, this.#follow ? ring.first : this.oldest), ring.next - 1))
   }
 
   // Settings kept across reloads.
@@ -384,14 +500,19 @@ class Scope {
   keep() {
     const { panes, span, trigger, channels } = this
     const settings = { span, channels, trigger: { ...trigger, mode: trigger.mode === 'single' ? 'normal' : trigger.mode }, panes: panes.map(({ kind, traces }) => ({ kind, names: traces.map((trace) => trace.name) })) }
-    store(STORAGE, JSON.stringify(settings))
+    const layout = JSON.stringify(settings)
+    if (layout === stored(STORAGE, '')) return
+    store(STORAGE, layout)
+    clearTimeout(this.#layout)
+    // That of the operator becomes the layout of the project.
+    this.#layout = window.setTimeout(() => void this.#connection?.call({ call: 'keep_layout', layout }, 'done').catch(() => {}), LAYOUT)
   }
 
-  /** Restores the stored panes, or the default panes of the program. */
-  #restore(otherwise: string[][]) {
+  /** Restores the panes of a layout, or the default panes of the program. */
+  #restore(otherwise: string[][], layout: string) {
     let settings: { span?: number; channels?: Channel[]; trigger?: Partial<Scope['trigger']>; panes?: { kind: Pane['kind']; names: string[] }[] } = {}
     try {
-      settings = JSON.parse(stored(STORAGE, '{}')) as typeof settings
+      settings = JSON.parse(layout || '{}') as typeof settings
     } catch {
       // Unreadable settings are ignored.
     }
@@ -409,7 +530,7 @@ class Scope {
     if (!this.#connection?.open) return
     const offer = await this.#connection.call({ call: 'signals' }, 'signals')
     this.panes = []
-    this.#restore(offer.panes)
+    this.#restore(offer.panes, '')
     this.keep()
   }
 }

@@ -23,9 +23,10 @@ export type Spectrum = {
 const transforms = new Map<number, FFT>()
 
 /** Which cycles a spectrum shows: the newest ones, or a fixed range with its age. */
-export function about({ step }: Spectrum, shows: { cursors: boolean; follow: boolean; end: number; now: number; rate: number }): string {
+export function about({ step }: Spectrum, shows: { cursors: boolean; follow: boolean; end: number; now: number | null; rate: number }): string {
   const length = `${significant(1 / step, 3)} s`
   const what = shows.cursors ? `${length} between the cursors` : `${length} of the visible range`
+  if (shows.now === null) return `${what}, of the capture`
   if (!shows.cursors && shows.follow && shows.end >= shows.now - 1) return `newest ${length}, live`
   return `${what}, ${age((1e3 * Math.max(0, shows.now - shows.end)) / shows.rate)} old`
 }
