@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use super::packet::Refusal;
 use super::{Bench, Change, Sampler};
-use crate::Live;
 use crate::protocol::Call;
+use crate::{Live, LiveError};
 use stickslip_base::Error;
 use stickslip_base::parameters::Entry;
 use stickslip_recording::capture::Tap;
@@ -58,5 +59,14 @@ impl Bench for LiveBench {
             Change::Reset => Call::Reset {},
         };
         self.live.call(&self.client, call).map(drop)
+    }
+}
+
+/// Codes of the errors of a live bench.
+pub fn denial(error: &Error) -> Option<Refusal> {
+    match error.of()? {
+        LiveError::Operated { .. } => Some(Refusal::AccessDenied),
+        LiveError::Busy { .. } => Some(Refusal::NotNow),
+        _ => None,
     }
 }

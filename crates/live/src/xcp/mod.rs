@@ -11,57 +11,10 @@
 //! collected on page 0, and all of them become active in one cycle when the bench is switched back.
 
 pub mod ethernet;
-pub mod frame;
-mod lists;
 mod live;
-pub mod packet;
-mod pages;
-mod sampler;
-mod slave;
 
-pub use live::LiveBench;
-pub use sampler::Sampler;
-pub use slave::Slave;
+pub use live::{LiveBench, denial};
 pub use stickslip_generate::xcp::{
-    Cell, Content, EPK, EVENT_NAME, Layout, MAX_CTO, MAX_DTO, MEASUREMENTS, PARAMETERS, Parameter, SIZE, VERSION, a2l,
-    ascii, cycle_time,
+    Bench, Cell, Change, Content, EPK, EVENT_NAME, Layout, MAX_CTO, MAX_DTO, MEASUREMENTS, PARAMETERS, Parameter, SIZE,
+    Sampler, Slave, VERSION, a2l, ascii, cycle_time, frame, packet,
 };
-
-use stickslip_base::Error;
-use stickslip_base::parameters::Entry;
-use stickslip_recording::capture::Tap;
-
-/// The bench of a slave.
-pub trait Bench {
-    /// Notes activity of the master.
-    fn note_activity(&self);
-    /// Notes that the master has disconnected.
-    fn left(&self);
-    /// The newest cycle: its number and its signals.
-    fn newest(&self) -> (u64, Vec<f64>);
-    /// The active parameters.
-    fn in_force(&self) -> Vec<Entry>;
-    /// The parameters at the start of the run.
-    fn reference(&self) -> Vec<Entry>;
-    /// Passes rows to a sampler, from the next cycle on.
-    ///
-    /// # Errors
-    /// The sampler needs unknown signals.
-    fn attach(&self, sampler: Sampler) -> Result<Tap<Sampler>, Error>;
-    /// Detaches a sampler.
-    fn detach(&self, tap: Tap<Sampler>);
-    /// Changes parameters, all in one cycle; may take seconds.
-    ///
-    /// # Errors
-    /// The values are invalid or refused.
-    fn change(&self, change: &Change) -> Result<(), Error>;
-}
-
-/// A change of parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Change {
-    /// These values: paths and values as in a file.
-    Set(Vec<(String, String)>),
-    /// The values at the start of the run.
-    Reset,
-}

@@ -112,6 +112,7 @@ impl Door {
     /// A session of a master at an address.
     fn session(&self, master: SocketAddr) -> Session {
         let slave = Slave::new(self.layout.clone(), self.description.clone(), self.lost.clone());
+        let slave = slave.with_denials(super::live::denial);
         Session::new(slave, LiveBench::new(self.live.clone(), format!("XCP of {master}")))
     }
 

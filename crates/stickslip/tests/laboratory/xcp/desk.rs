@@ -12,7 +12,7 @@ use stickslip::run::channels;
 use stickslip::tuning::Tuning;
 use stickslip::xcp::a2l::{Doors, describe};
 use stickslip::xcp::frame::{self, Next};
-use stickslip::xcp::{Bench, Change, Layout, MAX_DTO, Sampler, Slave};
+use stickslip::xcp::{Bench, Change, Layout, MAX_DTO, Sampler, Slave, denial};
 
 /// Ticks in a second [Hz].
 pub const RATE: f64 = 4000.0;
@@ -120,7 +120,7 @@ impl Master {
         let layout = Arc::new(Layout::new(RATE));
         let doors = Doors { udp: "127.0.0.1:5555".parse().ok(), tcp: "[::1]:5556".parse().ok() };
         let description: Arc<str> = describe(&layout, doors).into();
-        let slave = Slave::new(layout.clone(), description.clone(), Arc::new(AtomicU64::new(0)));
+        let slave = Slave::new(layout.clone(), description.clone(), Arc::new(AtomicU64::new(0))).with_denials(denial);
         let (texts, measured) = (String::new(), Vec::new());
         Master { desk: Desk::new(), slave, layout, description, texts, measured, counter: 0 }
     }

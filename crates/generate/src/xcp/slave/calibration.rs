@@ -1,7 +1,6 @@
 //! Memory and pages: the commands of CAL/PAG.
 
 use super::*;
-use crate::LiveError;
 use crate::xcp::SIZE;
 use crate::xcp::pages::{REFERENCE, WORKING};
 use stickslip_base::parameters::Fault;
@@ -10,13 +9,13 @@ use stickslip_bench::BenchError;
 /// The only segment.
 const SEGMENT: u8 = 0;
 
-/// Code of the bench's reason to refuse a change.
-pub(super) fn refusal(error: &Error) -> Refusal {
-    match (error.of(), error.of()) {
-        (Some(LiveError::Operated { .. }), _) => return Refusal::AccessDenied,
-        (Some(LiveError::Busy { .. }), _) => return Refusal::NotNow,
-        (_, Some(BenchError::NotWhileRunning { .. })) => return Refusal::WriteProtected,
-        _ => {}
+/// Code of the reason to refuse a change; `denied` is the code of the bench, if it has one.
+pub(super) fn refusal(error: &Error, denied: Option<Refusal>) -> Refusal {
+    if let Some(denied) = denied {
+        return denied;
+    }
+    if let Some(BenchError::NotWhileRunning { .. }) = error.of() {
+        return Refusal::WriteProtected;
     }
     match error {
         // A parameter of a variant that is not chosen.

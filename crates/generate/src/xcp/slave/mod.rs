@@ -34,6 +34,8 @@ pub struct Slave {
     stream: Option<(Tap<Sampler>, Consumer<u8>)>,
     lost: Arc<AtomicU64>,
     waiting: Option<Waiting>,
+    /// Code of an error that only the bench knows.
+    denial: fn(&Error) -> Option<Refusal>,
 }
 
 /// Start of the next upload, download or checksum.
@@ -89,6 +91,7 @@ impl Slave {
             stream: None,
             lost,
             waiting: None,
+            denial: |_| None,
         }
     }
 
@@ -176,6 +179,11 @@ impl Slave {
         }
     }
 
+    /// The slave of a bench with errors of its own: `denial` returns their codes.
+    pub fn with_denials(self, denial: fn(&Error) -> Option<Refusal>) -> Self {
+        Slave { denial, ..self }
+    }
+
     /// Ends the session. Collected values are dropped; the active parameters stay.
     pub fn end(&mut self, bench: &dyn Bench) {
         self.stop(bench);
@@ -191,7 +199,7 @@ impl Slave {
     /// Refuses with the reason in words and as a code.
     fn explain(&mut self, error: &Error, out: &mut Vec<u8>) {
         self.send_text(&error.to_string(), out);
-        self.refuse(calibration::refusal(error), out);
+        self.refuse(calibration::refusal(error, (self.denial)(error)), out);
     }
 
     fn refuse(&mut self, refusal: Refusal, out: &mut Vec<u8>) {
