@@ -43,7 +43,6 @@ pub(crate) struct PlantCommand {
 
 /// Devices of an emulated segment.
 #[derive(Args)]
-#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "emulated drives need Linux"))]
 struct SegmentOptions {
     /// Number of drives: 1 is the drive motor, 2 the load motor also.
     #[arg(long, value_name = "N", default_value_t = 2, conflicts_with = "io", value_parser = clap::value_parser!(u8).range(1..=2))]
