@@ -94,13 +94,13 @@ mod tests {
         assert_eq!(file("/").map(|file| file.path), file("/friction").map(|file| file.path));
         assert!(file("/").is_some_and(|file| file.plain().starts_with(b"<!")), "the index decompresses to a page");
         assert!(file("/assets/none.js").is_none());
-        // Transfer to a phone on a workshop's network: one or two seconds for all windows, less for the guide when it is
-        // opened. The pictures of the guide are loaded one by one.
+        // Transfer to a phone on a workshop's network in one or two seconds: all windows, and the guide, which is loaded
+        // when it is opened. The pictures of the guide are loaded one by one.
         let sent =
             |counts: fn(&str) -> bool| files::FILES.iter().filter(|it| counts(it.path)).map(|it| it.gzip.len()).sum();
         let guide: usize = sent(|path| path.starts_with("assets/Help-"));
         let windows: usize = sent(|path| !path.starts_with("assets/Help-") && !path.ends_with(".svg"));
-        assert!((1..=280_000).contains(&windows), "{windows} bytes of windows");
-        assert!((1..=200_000).contains(&guide), "{guide} bytes of guide");
+        assert!(windows > 0 && guide > 0);
+        assert!(windows + guide <= 450_000, "{windows} bytes of windows, {guide} bytes of guide");
     }
 }
