@@ -2141,7 +2141,7 @@ export type TrialCourse = {
   /** The curve. */
   trace: TrialTrace
 }
-/** A table of positions over time: two columns, time [s] and position [rad], [mm], [µm] or [m]. */
+/** A table of positions over time: two columns, time [s] and position in rad, mm, µm or m. */
 export type TrialFile = {
   /** Its name. */
   name: string

@@ -52,7 +52,8 @@ impl Checkup {
     /// Reads the set-up below `root` (`/`) and measures, a third of the time each: floor, asleep, spinning.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`]; [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime) if the system provides no thread; [`Error::Cancelled`].
+    /// [`Error::OutOfRange`]; [`BenchError::RealTime`](crate::BenchError::RealTime) if the system provides no thread;
+    /// [`Error::Cancelled`].
     pub fn examine(self, root: &Path, watch: &Watch) -> Result<Examination, Error> {
         in_range("rate", self.rate, "Hz", [2.0, 100_000.0])?;
         in_range("seconds", self.seconds, "s", [0.3, 86_400.0])?;

@@ -539,7 +539,7 @@ impl Call {
     }
 }
 
-/// A table of positions over time: two columns, time [s] and position [rad], [mm], [µm] or [m].
+/// A table of positions over time: two columns, time [s] and position in rad, mm, µm or m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrialFile {
