@@ -178,6 +178,8 @@ await play(async (scene) => {
     const repetitions = ann.getByRole('textbox', { name: 'Repetitions' }).first()
     await repetitions.fill('2')
     await repetitions.press('Tab')
+    // The page may show the end of the last motion a little later.
+    await ann.getByRole('main').getByRole('button', { name: /^Run R/, disabled: false }).waitFor()
     await ann.keyboard.press('r')
     await ann.getByRole('region', { name: 'Progress' }).getByText(/repetition 1 of 2/).waitFor()
     await rows.first().waitFor()
