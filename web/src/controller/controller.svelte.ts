@@ -86,6 +86,7 @@ class ControllerState {
 
   set(values: Values) {
     this.values = values
+    this.changes = Object.keys(values).length
     this.#send({ values })
   }
 
