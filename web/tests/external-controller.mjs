@@ -42,7 +42,7 @@ await play(
     await scene.step('its parameters have unit and range', async () => {
       await tile.click()
       await panel.getByRole('heading', { name: 'P-PI cascade (controller)' }).waitFor()
-      const gain = panel.getByLabel('position gain')
+      const gain = panel.getByRole('textbox', { name: 'position gain' })
       assert.equal(await gain.inputValue(), '6')
       await gain.fill('7.5')
       await gain.press('Enter')
@@ -71,7 +71,7 @@ await play(
       await panel.getByRole('button', { name: 'Reload' }).click()
       await page.getByText('The controller was reloaded and starts at rest').waitFor()
       await page.getByRole('button', { name: 'P-PI, second' }).waitFor()
-      assert.equal(await page.getByLabel('position gain').inputValue(), '7.5', 'with the previous values')
+      assert.equal(await page.getByRole('textbox', { name: 'position gain' }).inputValue(), '7.5', 'with the previous values')
     })
   },
   ['bench.tick_rate=1000', 'bench.safety.missed_ticks=500', 'bench.safety.following_error=50'],
