@@ -2157,7 +2157,7 @@ export type TrialPair = {
     | null
   /** RMS of the difference. */
   difference_rms: number | null
-  /** Why there is no difference. */
+  /** Reason for a missing difference. */
   note: string | null
   /** The scores of both. */
   rows: PairRow[]

@@ -91,7 +91,7 @@ class Dock {
     this.panel = ''
     const { span } = await import('./files')
     const part = span(what)
-    if (!part || part[1] < part[0]) return bench.warn(what === 'cursors' ? 'Set both cursors first: A and B' : 'Every cycle of this range is no longer available')
+    if (!part || part[1] < part[0]) return this.#refuse(what)
     await captures.leave(kind, part)
   }
 
@@ -107,8 +107,12 @@ class Dock {
       return save('scope.png', 'image/png', await raster(text, Number(width), Number(height)))
     }
     const part = span(kind)
-    if (!part || part[1] < part[0]) return bench.warn(kind === 'cursors' ? 'Set both cursors first: A and B' : 'Every cycle of this range is no longer available')
+    if (!part || part[1] < part[0]) return this.#refuse(kind)
     save('scope.csv', 'text/csv', table(part))
+  }
+
+  #refuse(what: string) {
+    bench.warn(what === 'cursors' ? 'Set both cursors first: A and B' : 'This range is older than the buffer of single cycles')
   }
 
   /** At the pointer; otherwise in the middle of the view. */

@@ -182,7 +182,7 @@ class Scope {
     this.rate = this.#liveRate
     this.#derive()
     if (this.ring) this.length = this.ring.room / this.rate
-    // Cursors of data that are no longer there.
+    // A cursor outside the data is removed.
     const { a, b } = this.cursors
     const there = (cycle: number | null) => (cycle !== null && this.ring && cycle >= this.ring.first && cycle < this.ring.next ? cycle : null)
     this.cursors = { a: there(a), b: there(b) }

@@ -11,7 +11,7 @@ pub enum Recovery {
     Acknowledge,
     /// Acknowledge, then arm: the screw's zero is still valid.
     Arm,
-    /// Acknowledge, then home: the screw's zero is no longer reliable.
+    /// Acknowledge, then home: the zero of the screw must be found again.
     Home,
     /// Acknowledge, then open the external file again, which starts at rest.
     Reopen,

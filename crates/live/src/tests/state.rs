@@ -311,6 +311,6 @@ fn the_offered_way_back_makes_the_bench_usable_again() {
         while status(&live).state != state {
             thread::sleep(Duration::from_millis(5));
         }
-        assert!(live.call(ANN, Call::Recover {}).is_err(), "there is no fault");
+        assert!(live.call(ANN, Call::Recover {}).is_err(), "without a fault");
     }
 }

@@ -42,7 +42,7 @@ pub struct TrialPair {
     pub difference_rms: Option<f64>,
     /// The scores of both.
     pub rows: Vec<PairRow>,
-    /// Why there is no difference.
+    /// Reason for a missing difference.
     pub note: Option<String>,
 }
 
