@@ -23,9 +23,10 @@ use std::fmt;
 use stickslip_core::Fields;
 use stickslip_core::drive::Winding;
 use stickslip_core::friction::{Friction, Stribeck};
+use stickslip_core::render::Law;
 pub use verdict::{Feasible, Shortage, Verdict};
 
-use super::{predicted_velocity_noise, software};
+use super::{load_current_control, predicted_velocity_noise};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
@@ -33,6 +34,17 @@ use stickslip_base::preset::{Model, Settings};
 const STEPS: usize = 400;
 /// Slowest of them over the fastest.
 const SLOWEST: f64 = 1e-4;
+
+/// The normal distribution e^(−x²/2) at half standard deviations from 0 to 3.
+const NORMAL: [f64; 7] = [
+    1.0,
+    0.882_496_902_584_595_4,
+    0.606_530_659_712_633_4,
+    0.324_652_467_358_349_7,
+    0.135_335_283_236_612_7,
+    0.043_936_933_623_407_42,
+    0.011_108_996_538_242_306,
+];
 
 /// Remaining share of the way to a limit, of the region or of stability, below which a warning is shown. Chosen: a fifth,
 /// as reserve for the error of the bench's model.
@@ -170,7 +182,7 @@ impl Region {
     /// # Errors
     /// Errors of the design of observer and current control.
     pub fn of(model: &Model<f64>, settings: &Settings<f64>, passage: Passage<f64>) -> Result<Self, Error> {
-        let current = software(model, settings)?.current;
+        let current = load_current_control(&Law::Off, model, settings)?;
         let amplifier = model.scaling.torque_per_volt * model.scaling.servo_limit;
         Ok(Region {
             drive_limit: settings.controller.torque_limit().min(amplifier),
@@ -263,13 +275,11 @@ impl Region {
     fn blur(&self, difference: Difference<'_>, torque: f64, speed: f64) -> f64 {
         let way = self.passage.acceleration * self.delay;
         let late = [way, -way].map(|way| (difference((speed + way).abs()) - torque).abs());
-        // The normal distribution at half standard deviations up to 3.
-        let (mut mean, mut weights) = (0.0, 0.0);
-        for k in -6..=6 {
-            let deviation = 0.5 * f64::from(k);
-            let weight = libm::exp(-0.5 * deviation * deviation);
-            weights += weight;
-            mean += weight * difference((speed + deviation * self.velocity_noise).abs());
+        let (mut mean, mut weights) = (NORMAL[0] * torque, NORMAL[0]);
+        for (k, weight) in NORMAL.into_iter().enumerate().skip(1) {
+            let deviation = 0.5 * k as f64 * self.velocity_noise;
+            weights += 2.0 * weight;
+            mean += weight * (difference(speed + deviation) + difference((speed - deviation).abs()));
         }
         late[0].max(late[1]) + (mean / weights - torque).abs()
     }

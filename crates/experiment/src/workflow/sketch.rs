@@ -235,11 +235,20 @@ fn wheel_below(settings: &Settings<f64>) -> f64 {
     if matches!(settings.law, LawChoice::Paper) { settings.fade_velocity } else { 0.0 }
 }
 
-/// Rounded to the digits that a figure can show.
+/// Rounded to five digits, as many as a figure can show.
 fn short(value: f64) -> f64 {
-    // A number in scientific notation always parses.
-    format!("{value:.4e}").parse().unwrap_or(value)
+    let place = 4.0 - libm::floor(libm::log10(value.abs()));
+    // Not for 0 and numbers without a place.
+    if place.is_nan() || place.abs() > EXACT {
+        return value;
+    }
+    // Divided by a power of ten, not multiplied by its inverse: the nearest number to the short decimal.
+    let scale = 10f64.powi(place.abs() as i32);
+    if place > 0.0 { (value * scale).round() / scale } else { (value / scale).round() * scale }
 }
+
+/// Largest power of ten without rounding error.
+const EXACT: f64 = 22.0;
 
 fn check_count(name: &'static str, count: usize, most: usize) -> Result<(), Error> {
     if count <= most {

@@ -196,3 +196,21 @@ fn the_presliding_loop_has_the_slope_of_the_bristles_and_ends_at_breakaway() {
     let refused = Sketch { bristles: Some([0.0, 0.0, 0.5]), ..sketch() }.draw(&preset()).unwrap_err();
     assert!(refused.to_string().contains("stiffness"), "{refused}");
 }
+
+#[test]
+fn a_shortened_number_is_the_nearest_of_five_digits() {
+    let mut generator = 0x9e37_79b9_7f4a_7c15_u64;
+    for _ in 0..20_000 {
+        generator = generator.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let value = (generator >> 11) as f64 * 10f64.powi((generator % 31) as i32 - 30);
+        let (short, five) = (super::short(value), format!("{value:.4e}").parse::<f64>().unwrap());
+        assert!(
+            short == five || (short - value).abs() <= (five - value).abs() * (1.0 + 1e-9),
+            "{value:e}: {short:e}, {five:e}"
+        );
+        assert_eq!(short, format!("{short:.4e}").parse::<f64>().unwrap(), "{value:e}");
+    }
+    for value in [0.0, -0.0, 1e-300, f64::INFINITY, f64::NAN] {
+        assert_eq!(super::short(value).to_bits(), value.to_bits());
+    }
+}
