@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use super::protocol::{Answer, Captured, Past, Point};
+use super::protocol::{Answer, Captured, Point};
 use stickslip_base::Error;
 use stickslip_base::parameters::schema::nearest;
 use stickslip_bench::run::channels;
@@ -90,8 +90,7 @@ impl Captures {
         let signals = self.indices(signals)?;
         let history = self.history.as_ref().and_then(|history| self.stream.get(history));
         let found = history.map(|history| history.query(&signals, from..to, points)).unwrap_or_default();
-        let stickslip_recording::capture::Past { oldest, next, finest, block, from, low, high } = found;
-        Ok(Answer::Past(Box::new(Past { oldest, next, finest, block, from, low, high })))
+        Ok(Answer::Past(Box::new(found)))
     }
 
     /// Starts a capture around a trigger, from `span[0]` before to `span[1]` after it [s].

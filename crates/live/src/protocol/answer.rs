@@ -261,25 +261,6 @@ pub struct Point {
     pub nan: Vec<bool>,
 }
 
-/// A part of the history.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Past {
-    /// The oldest cycle of the history.
-    pub oldest: u64,
-    /// The cycle after the newest one.
-    pub next: u64,
-    /// Number of cycles of the finest blocks.
-    pub finest: u64,
-    /// Number of cycles of the returned blocks.
-    pub block: u64,
-    /// The first cycle of the first block.
-    pub from: u64,
-    /// Smallest value in each block, for each signal; `null` without a finite value.
-    pub low: Vec<Vec<Option<f32>>>,
-    /// Largest value in each block.
-    pub high: Vec<Vec<Option<f32>>>,
-}
-
 /// A complete capture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Captured {

@@ -6,7 +6,7 @@ mod chatter;
 mod json;
 mod status;
 
-pub use answer::{Answer, Captured, Changed, OverlaidRun, Past, Point, Signal};
+pub use answer::{Answer, Captured, Changed, OverlaidRun, Point, Signal};
 pub use call::{Call, Quantity, TrialFile};
 pub use chatter::ChatterMargin;
 pub use json::schema;
@@ -33,6 +33,7 @@ pub use super::runs::ReplayProgress;
 pub use super::state::EarlierState;
 pub use crate::catalogue::Records;
 pub use stickslip_bench::run::{Alignment, Course, RunEvent, Simulated, Trace};
+pub use stickslip_recording::capture::Past;
 pub use stickslip_study::trials::{
     Comparison, ManoeuvreForm, PairRow, RankColumn, RankRow, TrialChoices, TrialCourse, TrialPair, TrialRow,
     TrialSignal, TrialTrace, TrialValue,

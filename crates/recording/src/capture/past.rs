@@ -6,6 +6,9 @@
 
 use std::ops::Range;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::stream::{Account, Row, Sink};
 
 /// Cycles of the finest blocks.
@@ -17,7 +20,7 @@ const LEVELS: u32 = 5;
 const EMPTY: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
 /// A part of the history.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Past {
     /// The oldest cycle of the history.
     pub oldest: u64,
@@ -29,7 +32,7 @@ pub struct Past {
     pub block: u64,
     /// The first cycle of the first block.
     pub from: u64,
-    /// Smallest value in each block, for each signal; `None` without a finite value.
+    /// Smallest value in each block, for each signal; `null` without a finite value.
     pub low: Vec<Vec<Option<f32>>>,
     /// Largest value in each block.
     pub high: Vec<Vec<Option<f32>>>,
