@@ -1611,10 +1611,6 @@ export type NearestLimit = {
   /** SI unit of both. */
   unit: string
 }
-/** Whether a desired friction was rendered. */
-export type Outcome = "met"
-  | "not_met"
-  | "incomplete"
 /** A signal of one of several overlaid runs. */
 export type OverlaidRun = {
   /** The signal over the time of its own run. */
@@ -1798,7 +1794,7 @@ export type RenderedFriction = {
   /** Whether the measurement is running. */
   measuring: boolean
   /** Whether the desired friction was rendered; `null` without a measurement. */
-  outcome: Outcome
+  outcome: Verdict
     | null
   /** Number of the run; `null` during the measurement and if there is none. */
   run: number | null
@@ -2236,6 +2232,10 @@ export type Value = {
   /** SI unit. */
   unit: string
 }
+/** Whether a desired friction was rendered. */
+export type Verdict = "met"
+  | "not_met"
+  | "incomplete"
 /** An XCP address of the bench. */
 export type XcpStatus = {
   /** IP address and port. */

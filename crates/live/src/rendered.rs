@@ -20,7 +20,7 @@ use stickslip_bench::external::Role;
 use stickslip_bench::tuning::selector;
 use stickslip_experiment::FrictionPlan;
 use stickslip_experiment::workflow::experiment::Experiment;
-use stickslip_experiment::workflow::judged::Outcome;
+use stickslip_experiment::workflow::judged::Verdict;
 use stickslip_experiment::workflow::render::Rendering;
 
 /// A measured rendered friction, complete or during its measurement.
@@ -31,7 +31,7 @@ pub struct RenderedFriction {
     /// Whether the measurement is running.
     pub measuring: bool,
     /// Whether the desired friction was rendered; `null` without a measurement.
-    pub outcome: Option<Outcome>,
+    pub outcome: Option<Verdict>,
     /// The outcome with its reasons, in sentences.
     pub verdict: String,
     /// The key numbers.
@@ -82,7 +82,7 @@ impl RenderedFriction {
         RenderedFriction {
             run: None,
             measuring: false,
-            outcome: Outcome::of_verdict(report.summary_text()),
+            outcome: Verdict::of_text(report.summary_text()),
             verdict: report.summary_text().into(),
             keys: report.keys().map(|(name, number)| KeyEstimate::of(name, number)).collect(),
             figures: report.sections().iter().filter_map(picture).collect(),

@@ -11,7 +11,7 @@ use stickslip_design::Passage;
 /// Whether a desired friction was rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Outcome {
+pub enum Verdict {
     /// At all speeds outside the fade-out the deviation is within the tolerance.
     Met,
     /// At some speeds it is not, or the load does not slide.
@@ -20,22 +20,22 @@ pub enum Outcome {
     Incomplete,
 }
 
-impl Outcome {
-    const ALL: [Outcome; 3] = [Outcome::Met, Outcome::NotMet, Outcome::Incomplete];
+impl Verdict {
+    const ALL: [Verdict; 3] = [Verdict::Met, Verdict::NotMet, Verdict::Incomplete];
 
     /// Its word.
     pub fn word(self) -> &'static str {
         match self {
-            Outcome::Met => "Met",
-            Outcome::NotMet => "Not met",
-            Outcome::Incomplete => "Incomplete",
+            Verdict::Met => "Met",
+            Verdict::NotMet => "Not met",
+            Verdict::Incomplete => "Incomplete",
         }
     }
 
-    /// The outcome with which the verdict of a report begins.
-    pub fn of_verdict(verdict: &str) -> Option<Self> {
-        let (word, _) = verdict.split_once(':')?;
-        Outcome::ALL.into_iter().find(|outcome| outcome.word() == word)
+    /// The verdict with which a text begins.
+    pub fn of_text(text: &str) -> Option<Self> {
+        let (word, _) = text.split_once(':')?;
+        Verdict::ALL.into_iter().find(|verdict| verdict.word() == word)
     }
 }
 
@@ -59,8 +59,8 @@ struct Stretch<'a> {
 }
 
 impl Rendering {
-    /// Outcome and reasons: sentences on the speeds that are wrong, each with cause and remedy.
-    pub fn judged(&self) -> (Outcome, Vec<String>) {
+    /// Verdict and reasons: sentences on the speeds that are wrong, each with cause and remedy.
+    pub fn judged(&self) -> (Verdict, Vec<String>) {
         let fade = self.law.fade_velocity;
         let mut outside: Vec<&Plateau> =
             self.curve.plateaus.iter().filter(|plateau| plateau.set_velocity.abs() > fade).collect();
@@ -77,10 +77,10 @@ impl Rendering {
         let mut reasons: Vec<String> = stretches.iter().map(|stretch| self.reason(stretch)).collect();
         if !self.curve.complete || outside.is_empty() {
             reasons.insert(0, format!("{} of {planned} plateaus measured.", outside.len()));
-            return (Outcome::Incomplete, reasons);
+            return (Verdict::Incomplete, reasons);
         }
         if !reasons.is_empty() {
-            return (Outcome::NotMet, reasons);
+            return (Verdict::NotMet, reasons);
         }
         let largest = outside.iter().map(|plateau| self.deviation(plateau).abs()).fold(0.0, f64::max);
         let place = if fade > 0.0 { " outside the fade-out" } else { "" };
@@ -90,7 +90,7 @@ impl Rendering {
             self.over_breakaway(largest),
             self.over_breakaway(self.tolerance())
         );
-        (Outcome::Met, vec![met])
+        (Verdict::Met, vec![met])
     }
 
     /// Largest permitted deviation [N m].

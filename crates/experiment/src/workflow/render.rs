@@ -8,7 +8,7 @@ use stickslip_core::render::{Correction, DifferenceTorque, Law};
 
 use super::correct::{Corrected, Iteration, Missing, Stopped, missing, render_corrected, rms};
 use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
-use super::judged::Outcome;
+use super::judged::Verdict;
 use super::measure::{Outcome as _, with_preload};
 use super::results::{columns, rows};
 use super::write_columns;
@@ -391,7 +391,7 @@ impl RenderRun {
         summary
             .result("render.complete", f64::from(u8::from(self.complete())), "1")
             .result("render.preload", self.preset.plant.wheel.preload, "1")
-            .result("render.met", f64::from(u8::from(rendering.judged().0 == Outcome::Met)), "1")
+            .result("render.met", f64::from(u8::from(rendering.judged().0 == Verdict::Met)), "1")
             .result("render.dropped_plateaus", rendering.curve.dropped().count() as f64, "1")
             .result("margin.stiffness_limit", rendering.margin.stiffness_limit.unwrap_or(STIFFNESSES[1]), "N m/rad")
             .result("margin.gain", rendering.margin.gain_margin.unwrap_or(LARGEST_GAIN), "1")

@@ -3,7 +3,7 @@
 use super::*;
 use crate::LiveError;
 use stickslip_design::DesignError;
-use stickslip_experiment::workflow::judged::Outcome;
+use stickslip_experiment::workflow::judged::Verdict;
 
 #[test]
 fn a_measurement_writes_its_results_and_blocks_changes_of_parameters() {
@@ -149,7 +149,7 @@ fn the_rendered_friction_is_measured_shown_and_reported() {
     let complete = rendered(None);
     assert_eq!((complete.run, complete.measuring, complete.figures.len()), (Some(2), false, 4));
     assert!(complete.verdict.contains("% of M_S"), "{}", complete.verdict);
-    assert_eq!(complete.outcome, Some(Outcome::Met), "{}", complete.verdict);
+    assert_eq!(complete.outcome, Some(Verdict::Met), "{}", complete.verdict);
     is_as_in_summary(&complete.keys[0], &project.path().join("runs/0002-render"));
     // It is listed as a curve, but not as the own friction.
     let curves = |live: &Live| match live.call("looks", Call::Curves {}).unwrap() {

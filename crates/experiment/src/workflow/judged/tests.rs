@@ -49,8 +49,8 @@ fn between(off: Off) -> impl Fn(f64) -> Off {
 }
 
 fn only_reason(rendering: &Rendering) -> String {
-    let (outcome, reasons) = rendering.judged();
-    assert_eq!(outcome, Outcome::NotMet, "{reasons:?}");
+    let (verdict, reasons) = rendering.judged();
+    assert_eq!(verdict, Verdict::NotMet, "{reasons:?}");
     let [reason] = &reasons[..] else { panic!("{reasons:?}") };
     reason.clone()
 }
@@ -58,8 +58,8 @@ fn only_reason(rendering: &Rendering) -> String {
 #[test]
 fn a_friction_within_the_tolerance_is_met() {
     // M_S = 0.3 N m permits 0.03.
-    let (outcome, reasons) = measured(between(Off { own: 0.029, ..Off::default() })).judged();
-    assert_eq!(outcome, Outcome::Met, "{reasons:?}");
+    let (verdict, reasons) = measured(between(Off { own: 0.029, ..Off::default() })).judged();
+    assert_eq!(verdict, Verdict::Met, "{reasons:?}");
     assert!(reasons[0].ends_with("at most 9.67\u{a0}% of M_S; permitted: 10.00\u{a0}% of M_S."), "{reasons:?}");
 }
 
@@ -97,15 +97,15 @@ fn an_incomplete_measurement_is_neither_met_nor_not() {
     let mut rendering = measured(|_| Off::default());
     rendering.curve.complete = false;
     rendering.curve.plateaus.truncate(6);
-    let (outcome, reasons) = rendering.judged();
-    assert_eq!(outcome, Outcome::Incomplete);
+    let (verdict, reasons) = rendering.judged();
+    assert_eq!(verdict, Verdict::Incomplete);
     assert!(reasons[0].ends_with("plateaus measured."), "{reasons:?}");
 }
 
 #[test]
-fn the_verdict_of_a_report_has_its_outcome() {
-    for outcome in Outcome::ALL {
-        assert_eq!(Outcome::of_verdict(&format!("{}: because.", outcome.word())), Some(outcome));
+fn a_text_that_begins_with_a_verdict_is_recognised() {
+    for verdict in Verdict::ALL {
+        assert_eq!(Verdict::of_text(&format!("{}: because.", verdict.word())), Some(verdict));
     }
-    assert_eq!(Outcome::of_verdict("The friction: measured."), None);
+    assert_eq!(Verdict::of_text("The friction: measured."), None);
 }
