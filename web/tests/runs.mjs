@@ -140,6 +140,7 @@ await play(async (scene) => {
     await ann.keyboard.press('ArrowUp')
     assert.equal(new URL(ann.url()).searchParams.get('run'), '3')
     await run.getByText('measure friction').waitFor()
+    await run.getByRole('img', { name: 'curve.svg of run 3' }).waitFor()
     await ann.getByRole('button', { name: 'Record', exact: true }).click()
     await ann.getByRole('button', { name: /Stop recording/ }).click()
     await row('recording-').waitFor()

@@ -111,12 +111,18 @@ pub(super) async fn run_file(
 pub(super) fn download(name: &str, from: impl AsyncRead + Send + 'static) -> Response {
     // Only characters that require no quotes.
     let name: String = name.chars().filter(|c| c.is_ascii_alphanumeric() || "-_.".contains(*c)).collect();
+    let (kind, place) = shown(&name);
     let fields = [
-        (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
-        (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
+        (header::CONTENT_TYPE, kind.to_owned()),
+        (header::CONTENT_DISPOSITION, format!("{place}; filename=\"{name}\"")),
         (header::CACHE_CONTROL, "no-store".into()),
     ];
     (fields, Body::from_stream(ReaderStream::new(from))).into_response()
+}
+
+/// Type and disposition of a file: a browser shows a figure, and saves other files.
+pub(super) fn shown(name: &str) -> (&'static str, &'static str) {
+    if name.ends_with(".svg") { ("image/svg+xml", "inline") } else { ("application/octet-stream", "attachment") }
 }
 
 /// The record `file` of a run as another type of file. One conversion runs at a time; it is cancelled when the client
@@ -159,9 +165,8 @@ pub(super) async fn implementation(
             match tokio::task::spawn_blocking(move || shared.live.implementation_file(&requested)).await {
                 Ok(Ok(bytes)) => {
                     let name = file.rsplit('/').next().unwrap_or_default();
-                    let kind = if name.ends_with(".svg") { "image/svg+xml" } else { "application/octet-stream" };
                     let fields = [
-                        (header::CONTENT_TYPE, kind.to_owned()),
+                        (header::CONTENT_TYPE, shown(name).0.to_owned()),
                         (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
                         (header::CACHE_CONTROL, "no-store".into()),
                     ];

@@ -464,6 +464,12 @@ fn a_valid_token_is_kept_after_a_restart_and_an_invalid_one_is_replaced() {
 }
 
 #[test]
+fn a_figure_is_shown_and_other_files_are_saved() {
+    assert_eq!(super::page::shown("run-1-trial.svg"), ("image/svg+xml", "inline"));
+    assert_eq!(super::page::shown("run-1-run.mf4"), ("application/octet-stream", "attachment"));
+}
+
+#[test]
 fn files_of_runs_and_of_the_implementation_require_the_token_and_other_files_are_refused() {
     let (server, project) = start_server();
     let cookie = format!("Cookie: stickslip-{}={}\r\n", server.place.address.port(), server.place.token);

@@ -3,22 +3,36 @@
 use std::fmt::Write as _;
 
 use super::axis::{Axis, LABEL, Scale};
-use super::layout::{LEFT, Layout, RIGHT, WIDTH};
+use super::layout::{LEFT, Layout, PLOT, RIGHT, WIDTH};
 use super::series::{Data, Series, interval};
 use super::symbol::{self, escape};
 use super::theme::{AXIS, Colour, GRID, INK, INTERVAL, SURFACE, TEXT_2, TEXT_3};
 use super::{Figure, Interval, legend};
 
+/// A figure as a whole file.
 pub(super) fn svg(figure: &Figure) -> String {
-    let layout = Layout::of(figure);
-    let Layout { x, y, top, bottom, height, .. } = &layout;
+    let layout = Layout::of(figure, PLOT);
+    let mut text = head(layout.height, "");
+    draw(&mut text, figure, &layout);
+    put!(text, "</svg>");
+    text
+}
+
+/// The start of an SVG of the usual width; `more` are further attributes.
+pub(super) fn head(height: f64, more: &str) -> String {
     let mut text = String::new();
     put!(
         text,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\"{more} width=\"{WIDTH}\" height=\"{height}\" \
          viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" font-family=\"Inter, system-ui, sans-serif\" font-size=\"12\" \
          style=\"font-feature-settings:'tnum','calt','ss03','cv05'\">"
     );
+    text
+}
+
+/// All parts of a figure.
+pub(super) fn draw(text: &mut String, figure: &Figure, layout: &Layout) {
+    let Layout { x, y, top, bottom, height, .. } = layout;
     put!(text, "<title>{}</title>", escape(&figure.title));
     put!(text, "<desc>{}</desc>", escape(&summary(figure, x, y)));
     put!(text, "<rect {} width=\"{WIDTH}\" height=\"{height}\"/>", fill(SURFACE));
@@ -29,9 +43,9 @@ pub(super) fn svg(figure: &Figure) -> String {
         symbol::svg(&figure.title)
     );
     for interval in &figure.intervals {
-        draw_interval(&mut text, interval, &layout);
+        draw_interval(text, interval, layout);
     }
-    draw_axes(&mut text, figure, &layout);
+    draw_axes(text, figure, layout);
     // A separate window clips values outside a fixed range.
     let (plot_width, plot_height) = (RIGHT - LEFT, bottom - top);
     put!(
@@ -48,7 +62,7 @@ pub(super) fn svg(figure: &Figure) -> String {
     let mut layers: Vec<&Series> = figure.series.iter().collect();
     layers.sort_by_key(layer);
     for series in layers {
-        draw_series(&mut text, series, &layout);
+        draw_series(text, series, layout);
     }
     put!(text, "</svg>");
     if figure.series.iter().all(|series| series.values().is_empty()) {
@@ -56,11 +70,9 @@ pub(super) fn svg(figure: &Figure) -> String {
         put!(text, "<text {} x=\"{across}\" y=\"{down}\" text-anchor=\"middle\">no data</text>", fill(TEXT_3));
     }
     for interval in &figure.intervals {
-        name_interval(&mut text, interval, &layout);
+        name_interval(text, interval, layout);
     }
-    legend::draw(&mut text, &figure.series, &layout);
-    put!(text, "</svg>");
-    text
+    legend::draw(text, &figure.series, layout);
 }
 
 fn draw_interval(text: &mut String, interval: &Interval, Layout { x, top, bottom, .. }: &Layout) {

@@ -11,7 +11,9 @@ pub(super) const RIGHT: f64 = WIDTH - 16.0;
 pub(super) const LINE: f64 = 24.0;
 /// Title and legend are above the plot, in one line where they fit.
 const TOP: f64 = 52.0;
-const PLOT: f64 = 332.0;
+/// Height of a plot of its own, and of one in a column of panels.
+pub(super) const PLOT: f64 = 332.0;
+pub(super) const PANEL: f64 = 170.0;
 const FOOT: f64 = 56.0;
 
 /// Title and legend, scales and the window that data is drawn in.
@@ -28,7 +30,8 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn of(figure: &Figure) -> Self {
+    /// The layout with a plot of this height [px].
+    pub(super) fn of(figure: &Figure, plot: f64) -> Self {
         let space = RIGHT - LEFT;
         let beside = space - legend::text_width(&figure.title, 14.0) - 2.0 * LINE;
         let (legend, legend_line) = match legend::lines(&figure.series, beside) {
@@ -36,7 +39,7 @@ impl Layout {
             _ => (legend::lines(&figure.series, space), 26.0 + LINE),
         };
         let top = TOP + legend_line - 26.0 + LINE * legend.len().saturating_sub(1) as f64;
-        let bottom = top + PLOT;
+        let bottom = top + plot;
         let values: Vec<[f64; 2]> = figure.series.iter().flat_map(Series::values).collect();
         let x = figure.x.scale(values.iter().map(|value| value[0]), LEFT, RIGHT);
         let y = figure.y.scale(values.iter().map(|value| value[1]), bottom, top);

@@ -26,6 +26,7 @@ mod draw;
 mod layout;
 mod legend;
 mod map;
+mod panels;
 mod series;
 pub(crate) mod shown;
 pub mod symbol;
@@ -36,6 +37,7 @@ mod thin;
 
 pub use axis::Axis;
 pub use map::Map;
+pub use panels::panels;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub(crate) use series::Data;

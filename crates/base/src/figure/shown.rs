@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::layout::Layout;
+use super::layout::{Layout, PLOT};
 use super::series::Data;
 use super::{Figure, draw};
 
@@ -35,7 +35,7 @@ pub(crate) struct ShownSeries {
 impl Figure {
     /// Its drawn values.
     pub(crate) fn shown(&self) -> Shown {
-        let layout = Layout::of(self);
+        let layout = Layout::of(self, PLOT);
         let series = self.series.iter().map(|series| {
             let row = |row: &[f64]| {
                 let height = if matches!(series.data, Data::Band(_)) { 0.5 * (row[1] + row[2]) } else { row[1] };

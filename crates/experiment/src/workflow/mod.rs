@@ -17,7 +17,6 @@ pub mod render;
 pub mod results;
 pub mod sketch;
 mod through;
-pub mod trial;
 
 use std::path::Path;
 

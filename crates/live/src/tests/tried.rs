@@ -69,6 +69,13 @@ fn a_trial_is_a_run_with_scores_and_two_of_them_are_compared() {
         }
     };
     assert!(run.name.ends_with("test sine 2hz with wheel") && run.files.iter().any(|file| file == "trial.parquet"));
+    // The inspector of runs shows the first figure.
+    let figure = run.files.iter().find(|file| file.ends_with(".svg")).expect("a figure");
+    let drawn = std::fs::read_to_string(project.path().join(&run.folder).join(figure)).unwrap();
+    for part in ["Position", "Deviation", "Torque"] {
+        assert!(drawn.contains(&format!("<title>{part}</title>")), "{part}");
+    }
+    assert!(drawn.contains("set-point (line)") && !drawn.contains("no data"), "{drawn}");
     live.stop();
     let again = Live::start(Start { thread_settings: ThreadSettings::PLAIN, ..Start::new(slow(), project.path()) });
     assert_eq!(super::tried::rows(&again.unwrap()).len(), 2);
@@ -119,6 +126,10 @@ fn controllers_are_ranked_and_the_former_one_returns_after_the_end_a_cancellatio
         "{ranking:?}"
     );
     assert_eq!(rows(&live).len(), 2, "the trials of both");
+    let folder = std::fs::read_dir(project.path().join("runs")).unwrap().flatten().map(|entry| entry.path());
+    let folder = folder.into_iter().find(|path| path.ends_with(format!("{:04}-comparison", ranking.run))).unwrap();
+    let drawn = std::fs::read_to_string(folder.join("sine_2hz.svg")).unwrap();
+    assert!(drawn.contains("pid (line)") && drawn.contains("pid − active (line)"), "{drawn}");
 
     live.call(ANN, compare(["pid", "active"])).unwrap();
     until_stage(&live, "pid, 1 of 2: ");

@@ -9,6 +9,7 @@
 //! The rank counts tracking alone: the geometric mean of the deviations over those of the first entrant. Settling,
 //! hold, creep and noise are listed separately. Where intervals overlap, ranks are shared.
 
+mod courses;
 mod entrant;
 mod friction;
 mod loaded;

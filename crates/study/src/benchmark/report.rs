@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{BENCH, CellResult, Entrant, Manoeuvre, Outcome, Ranked, VARIATIONS, rank};
-use stickslip_base::figure::{Axis, Figure, Role, Series};
+use stickslip_base::figure::{Axis, Figure, Role, Series, panels};
 use stickslip_base::preset::ControllerChoice;
 use stickslip_base::quantity::{Estimate, number, tied};
 use stickslip_base::report::{Provenance, Report, Table};
@@ -11,7 +11,7 @@ use stickslip_base::statistics::{bootstrap, mean};
 use stickslip_base::{Error, Summary, Watch, output, parameters};
 
 /// Number of entrants in a figure, and its time range about a reversal [s].
-const DRAWN: usize = 3;
+pub(super) const DRAWN: usize = 3;
 const AROUND: [f64; 2] = [-0.05, 0.35];
 /// Time of the reversal in the sine of that manoeuvre [s].
 const REVERSAL: f64 = 2.5;
@@ -201,11 +201,14 @@ impl Outcome {
         self.plan.frictions.iter().map(|friction| of(friction.name)).collect()
     }
 
-    /// The deviation about a reversal: the reference and the best, for each friction.
-    fn figures(&self) -> Result<Vec<(String, Figure, String)>, Error> {
+    /// Files with their figures and captions. In simulation the deviation about a reversal: the reference and the best,
+    /// for each friction.
+    fn figures(&self) -> Result<Vec<(String, Vec<(Figure, String)>)>, Error> {
         let mut figures = Vec::new();
-        // Of a bench, the courses are those of its trials.
-        if !self.is_simulated() || !self.plan.manoeuvres.contains(&Manoeuvre::Reversal) {
+        if !self.is_simulated() {
+            return Ok(self.figures_of_bench());
+        }
+        if !self.plan.manoeuvres.contains(&Manoeuvre::Reversal) {
             return Ok(figures);
         }
         for friction in &self.plan.frictions {
@@ -231,7 +234,7 @@ impl Outcome {
                 "{}, {} friction: set-point less angle of the screw about a reversal, the first seed.",
                 self.plan.machine, friction.name
             );
-            figures.push((format!("reversal_{}.svg", friction.name), figure, caption));
+            figures.push((format!("reversal_{}.svg", friction.name), vec![(figure, caption)]));
         }
         Ok(figures)
     }
@@ -311,7 +314,7 @@ impl Outcome {
         for (caption, table) in robustness {
             report = report.table(table.caption(caption));
         }
-        for (_, figure, caption) in self.figures()? {
+        for (figure, caption) in self.figures()?.into_iter().flat_map(|(_, figures)| figures) {
             report = report.figure(figure, caption);
         }
         Ok(report)
@@ -324,8 +327,10 @@ impl Outcome {
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         output::create_folder(directory)?;
         let mut summary = self.summary();
-        for (name, figure, _) in self.figures()? {
-            output::write(&directory.join(&name), figure.svg())?;
+        for (name, figures) in self.figures()? {
+            let figures: Vec<Figure> = figures.into_iter().map(|(figure, _)| figure).collect();
+            let text = if let [one] = &figures[..] { one.svg() } else { panels(figures[0].title(), &figures) };
+            output::write(&directory.join(&name), text)?;
             summary.file(&name);
         }
         self.report(command)?.write_all(summary, [], directory)

@@ -58,14 +58,24 @@ pub fn run_on_bench(
     output::create_folder(folder)?;
     let friction = plan.frictions[0];
     let tuned = tune_all(plan, &friction, folder, watch)?;
-    let mut outcome = Outcome { plan: plan.clone(), cells: Vec::new(), tuned, complete: true };
+    let mut outcome = Outcome { plan: plan.clone(), cells: Vec::new(), tuned, courses: Vec::new(), complete: true };
     let modelled = friction.on(&plan.preset);
     for (index, entrant) in plan.entrants.iter().enumerate() {
         let controller = entrant
             .tuned_as()
             .and_then(|name| outcome.tuned.iter().find(|(other, _)| *other == name).map(|(_, controller)| *controller));
         let preset = entrant.on(&modelled, controller);
-        match cell(plan, &EntrantOnBench { index, name: &entrant.name, preset: &preset }, run) {
+        let mut courses = Vec::new();
+        let entrant = EntrantOnBench { index, name: &entrant.name, preset: &preset };
+        let mut follow = |entrant: &EntrantOnBench<'_>, manoeuvre| {
+            let followed = run(entrant, manoeuvre)?;
+            let first = followed.iter().flatten().next().cloned();
+            courses.extend(first.map(|course| (entrant.name.to_owned(), manoeuvre, course)));
+            Ok(followed)
+        };
+        let cell = cell(plan, &entrant, &mut follow);
+        outcome.courses.extend(courses);
+        match cell {
             Ok(cell) => outcome.cells.push(cell),
             Err(error) if outcome.cells.is_empty() => return Err(error),
             Err(error) => {

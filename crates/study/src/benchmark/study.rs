@@ -134,6 +134,8 @@ pub struct Outcome {
     pub cells: Vec<CellResult>,
     /// The tuned controllers.
     pub tuned: Vec<(&'static str, ControllerChoice<f64>)>,
+    /// On a bench, the first course of each entrant and manoeuvre.
+    pub courses: Vec<(String, Manoeuvre, Course)>,
     /// Whether all cells are finished.
     pub complete: bool,
 }
@@ -153,7 +155,7 @@ pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Er
     output::create_folder(folder)?;
     // All frictions share machine and bristles; the controllers are tuned for the nominal friction.
     let tuned = tune_all(plan, &FRICTIONS[1], folder, watch)?;
-    let mut outcome = Outcome { plan: plan.clone(), cells: Vec::new(), tuned, complete: true };
+    let mut outcome = Outcome { plan: plan.clone(), cells: Vec::new(), tuned, courses: Vec::new(), complete: true };
     let cells = plan.cells();
     let total: usize = cells.iter().map(|cell| plan.runs(cell).len()).sum();
     let done = AtomicUsize::new(0);

@@ -1,16 +1,22 @@
 //! Trials of a bench that are stored as runs: their table, two of them over each other, the ranking of a comparison.
 
 mod comparison;
+mod figures;
 mod pair;
 mod row;
+mod score;
+mod stored;
 mod task;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+pub(crate) use figures::over_time;
+
 pub use comparison::{Comparison, RankColumn, RankRow, Ranking};
 pub use pair::{PairRow, TrialCourse, TrialPair, TrialSignal, TrialTrace};
 pub use row::{ManoeuvreForm, TrialChoices, TrialRow, TrialValue, controller_words, friction_of};
+pub use stored::TrialRun;
 pub use task::PreparedTrial;
 
 use pair::Samples;

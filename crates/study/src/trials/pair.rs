@@ -6,9 +6,9 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::stored::DATA;
 use super::{ROW, TrialRow, TrialStore};
 use stickslip_base::Error;
-use stickslip_experiment::workflow::trial::DATA;
 use stickslip_recording::Recording;
 
 /// Largest number of points of a curve.

@@ -6,13 +6,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::ROW;
+use super::score::SCORES;
+use super::stored::TrialRun;
 use crate::benchmark::{HOUSE, MANOEUVRES};
 use stickslip_base::Preset;
 use stickslip_base::parameters::{Value, flatten};
 use stickslip_base::quantity::{Estimate, tied};
 use stickslip_core::friction::Stribeck;
 use stickslip_experiment::trial::{TrialMotion, travel};
-use stickslip_experiment::workflow::trial::{SCORES, TrialRun};
 
 /// The manoeuvres and controllers that can be tried, and the limits of motions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use super::stored::TrialRun;
 use super::{ROW, TrialRow};
 use stickslip_base::{Error, Preset, Watch, output};
 use stickslip_bench::Bench;
 use stickslip_experiment::trial::{TrialMotion, TrialPlan, run_trial};
-use stickslip_experiment::workflow::trial::TrialRun;
 
 /// A trial that is prepared to run.
 #[derive(Clone, Debug)]

@@ -226,7 +226,7 @@ impl<P: Plan> Measurement<P> {
         warnings
     }
 
-    /// Writes data, report and summary into a folder.
+    /// Writes data, figure, report and summary into a folder.
     ///
     /// # Errors
     /// [`Error::File`] if the system refuses.
@@ -234,6 +234,7 @@ impl<P: Plan> Measurement<P> {
         let mut summary = self.summary();
         let columns = with_preload(self.outcome.columns(), self.preload());
         write_columns(&mut summary, P::Outcome::DATA, &columns, directory)?;
-        self.report(command).write_all(summary, [], directory)
+        let (name, (figure, _)) = (format!("{}.svg", P::Outcome::DATA), self.outcome.figure());
+        self.report(command).write_all(summary, [(name.as_str(), &figure)], directory)
     }
 }

@@ -1,62 +1,21 @@
-//! A trial, as `trial.parquet`, report and summary.
+//! A finished trial, as `trial.svg`, `trial.parquet`, report and summary.
 
 use std::path::Path;
 
-use crate::trial::{Repetition, Trial, TrialMotion};
-use stickslip_base::figure::{Axis, Figure, Role, Series};
+use super::figures::figures;
+use super::score::{SCORES, Score};
+use stickslip_base::figure::panels;
 use stickslip_base::quantity::Estimate;
 use stickslip_base::report::{Cell, Provenance, Report, Table};
-use stickslip_base::statistics::{bootstrap, mean};
 use stickslip_base::table::Column;
 use stickslip_base::{Error, Preset, Summary, output, parameters};
+use stickslip_experiment::trial::{Repetition, Trial, TrialMotion};
 use stickslip_recording::table::write_parquet;
-use stickslip_simulate::manoeuvre::Scores;
 
-/// Largest number of points of a curve in a figure.
-const POINTS: usize = 2000;
 /// Name of the table of all samples.
-pub const DATA: &str = "trial.parquet";
-
-/// A score of a trial.
-#[derive(Clone, Copy, Debug)]
-pub struct Score {
-    /// Stable name.
-    pub name: &'static str,
-    /// Title in a table.
-    pub title: &'static str,
-    /// SI unit.
-    pub unit: &'static str,
-    of: fn(&Scores) -> Option<f64>,
-}
-
-const fn score(name: &'static str, title: &'static str, unit: &'static str, of: fn(&Scores) -> Option<f64>) -> Score {
-    Score { name, title, unit, of }
-}
-
-/// All scores, in the order of a table.
-pub const SCORES: [Score; 8] = [
-    score("tracking_rms", "tracking, RMS", "rad", |scores| Some(scores.tracking_rms)),
-    score("tracking_peak", "tracking, peak", "rad", |scores| Some(scores.tracking_peak)),
-    score("reversal_peak", "reversal, peak", "rad", |scores| scores.reversal_peak),
-    score("settling", "settling", "s", |scores| scores.settling),
-    score("unsettled", "not settled", "1", |scores| scores.unsettled),
-    score("hunting_amplitude", "hunting, amplitude", "rad", |scores| scores.hunting.map(|it| it.amplitude)),
-    score("hunting_interval", "hunting, interval", "s", |scores| scores.hunting.map(|it| it.interval)),
-    score("torque_noise", "torque noise", "N m", |scores| Some(scores.torque_noise)),
-];
-
-impl Score {
-    /// Mean over the repetitions that have it, and half of its 95 % interval for at least two.
-    pub fn over(&self, repetitions: &[Repetition]) -> Option<(f64, Option<f64>)> {
-        let values: Vec<f64> = repetitions.iter().filter_map(|repetition| (self.of)(&repetition.scores)).collect();
-        let all = (!values.is_empty()).then(|| mean(values.iter().copied()))?;
-        let half = (values.len() > 1).then(|| {
-            let [low, high] = bootstrap(values.len(), |drawn| mean(drawn.iter().map(|&k| values[k])));
-            0.5 * (high - low)
-        });
-        Some((all, half))
-    }
-}
+pub(super) const DATA: &str = "trial.parquet";
+/// Name of the picture: position, deviation and torque over time.
+const FIGURE: &str = "trial.svg";
 
 /// A finished trial with everything that its report states.
 #[derive(Clone, Debug)]
@@ -94,7 +53,7 @@ impl TrialRun {
             }
         }
         for (index, repetition) in repetitions.iter().enumerate() {
-            let number = |score: &Score| (score.name, (score.of)(&repetition.scores).into());
+            let number = |score: &Score| (score.name, score.value(repetition).into());
             let head = [("repetition", (index + 1).into()), ("motion", self.motion.name().into())];
             summary.row(head.into_iter().chain(SCORES.iter().map(number)).collect::<Vec<_>>());
         }
@@ -121,17 +80,12 @@ impl TrialRun {
         let incomplete = if self.trial.complete { "" } else { " (incomplete)" };
         let repeated =
             if count == 1 { "once".into() } else { format!("{count} times, with 95 % intervals of the mean") };
-        let mut figure = Figure::new("Deviation").x(Axis::new("time", "s")).y(Axis::new("deviation", "mrad"));
-        for (index, Repetition { course, .. }) in self.trial.repetitions.iter().take(3).enumerate() {
-            let stride = course.deviation.len().div_ceil(POINTS).max(1);
-            let points = course.deviation.iter().enumerate().step_by(stride);
-            let points: Vec<_> = points.map(|(k, deviation)| (k as f64 * course.period, 1e3 * deviation)).collect();
-            figure = figure.series(Series::line(Role::Trace(index), format!("repetition {}", index + 1), points));
-        }
-        Report::new(format!("{}{incomplete}", self.motion.title()), provenance)
+        let report = Report::new(format!("{}{incomplete}", self.motion.title()), provenance)
             .summary(format!("{} on {}, {repeated}.", self.controller, self.friction))
-            .table(self.table())
-            .figure(figure, "Set-point minus measured angle, of the first repetitions.".to_owned())
+            .table(self.table());
+        figures(&self.trial.repetitions)
+            .into_iter()
+            .fold(report, |report, (figure, caption)| report.figure(figure, caption))
     }
 
     /// All samples.
@@ -163,6 +117,12 @@ impl TrialRun {
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         output::create_folder(directory)?;
         let mut summary = self.summary();
+        let title = format!("{}: {} on {}", self.motion.title(), self.controller, self.friction);
+        output::write(
+            &directory.join(FIGURE),
+            panels(&title, &figures(&self.trial.repetitions).map(|(figure, _)| figure)),
+        )?;
+        summary.file(FIGURE);
         write_parquet(&directory.join(DATA), &self.columns())?;
         summary.file(DATA);
         self.report(command).write_all(summary, [], directory)
