@@ -230,6 +230,36 @@ fn a_fault_during_a_measurement_leaves_an_incomplete_run_with_its_record() {
     assert!(report.contains("Stopped: ") && report.contains("incomplete"));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_measurement_ends_with_its_results_if_the_disk_is_full_for_its_record() {
+    let project = tempfile::tempdir().unwrap();
+    let live = start(project.path());
+    let folder = project.path().join("runs/0001-measure-friction");
+    // The record waits between the creation of its folder and of its file.
+    let changing = live.shared.parameters.changing();
+    live.call(ANN, measure("2")).unwrap();
+    while !folder.is_dir() {
+        thread::sleep(Duration::from_millis(5));
+    }
+    std::os::unix::fs::symlink("/dev/full", folder.join("run.mf4")).unwrap();
+    drop(changing);
+    assert_eq!(ended(&live).error, None);
+    let problem = status(&live).not_saved.unwrap();
+    assert!(
+        problem.contains("not recorded") && problem.contains("run.mf4") && problem.contains("make room"),
+        "{problem}"
+    );
+    let run = runs(&live, 1).remove(0);
+    assert_eq!((run.record, run.incomplete), (None, None));
+    assert!(run.curve.len() > 1 && !run.files.iter().any(|file| file == "run.mf4"), "{:?}", run.files);
+    // With room again the next measurement is recorded, and the message disappears.
+    live.call(ANN, measure("2")).unwrap();
+    assert_eq!(ended(&live).error, None);
+    assert_eq!(status(&live).not_saved, None);
+    assert_eq!(runs(&live, 2)[0].record.as_deref(), Some("run.mf4"));
+}
+
 #[test]
 fn records_of_measurements_are_limited_and_interrupted_ones_are_listed_after_a_start() {
     let project = tempfile::tempdir().unwrap();
