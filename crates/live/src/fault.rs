@@ -41,7 +41,7 @@ pub struct FaultStatus {
 pub enum FaultRecovery {
     /// Acknowledge the fault; the torque stays off.
     Acknowledge,
-    /// Acknowledge and arm: the zero is still valid.
+    /// Acknowledge and arm: the axis is still homed.
     Arm,
     /// Acknowledge and home.
     Home,

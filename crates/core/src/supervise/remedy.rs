@@ -9,9 +9,9 @@ use super::{ExternalFault, Fault, HomingFault, MachineFault, Role};
 pub enum Recovery {
     /// Acknowledge. The torque stays off until the operator decides otherwise.
     Acknowledge,
-    /// Acknowledge, then arm: the screw's zero is still valid.
+    /// Acknowledge, then arm: the axis is still homed.
     Arm,
-    /// Acknowledge, then home: the zero of the screw must be found again.
+    /// Acknowledge, then home again.
     Home,
     /// Acknowledge, then open the external file again, which starts at rest.
     Reopen,

@@ -83,7 +83,7 @@ impl SafetyState {
 pub enum Request {
     /// Search the index.
     Home,
-    /// Become ready without homing, if the zero is still known.
+    /// Become ready without homing, if the axis is still homed.
     Arm,
     /// Switch on the torque, under control.
     Start,

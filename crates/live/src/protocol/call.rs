@@ -19,7 +19,7 @@ pub enum Call {
     Home {},
     /// Enable torque and position control; requires homing.
     Start {},
-    /// Become ready again without homing, if the zero is still valid.
+    /// Become ready again without homing, if the axis is still homed.
     Arm {},
     /// Brake to rest, then disable the torque.
     Stop {},
