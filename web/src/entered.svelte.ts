@@ -10,6 +10,8 @@ class Entered {
   values = $state.raw<Record<string, string>>({})
   /** The differences that they make on the target, including dependent ones. */
   changes = $state.raw<Changed[]>([])
+  /** The parameters that the target would have with the entered kinds; null without one. */
+  items = $state.raw<Item[] | null>(null)
   /** Why the target would refuse them. */
   refused = $state('')
   live = $state(false)
@@ -28,8 +30,10 @@ class Entered {
     return { ...item, value: item.kind === 'flag' ? Number(value === 'true') : Number(value) }
   }
 
-  /** The value on the target as entered; null without one. */
-  on(item: Item): string | null {
+  /** The value on the target as entered, or that of a new kind; null without one. */
+  on({ path }: Item): string | null {
+    const item = bench.item(path) ?? this.#item(path)
+    if (!item) return null
     if (item.kind === 'choice') return item.choice
     return item.value === null ? null : item.kind === 'flag' ? String(item.value === 1) : String(item.value)
   }
@@ -87,9 +91,33 @@ class Entered {
     this.offered = this.#before = null
   }
 
-  async #take(values: Record<string, string>) {
-    this.values = values
+  #item(path: string): Item | undefined {
+    return this.items?.find((item) => item.path === path)
+  }
+
+  /** The parameters with the entered kinds; null without one, or if the target refuses them. */
+  async #offered(values: Record<string, string>): Promise<Item[] | null> {
+    const kinds = Object.entries(values).filter(([path]) => (bench.item(path) ?? this.#item(path))?.kind === 'choice')
+    if (!kinds.length) return null
+    return bench.connection.call({ call: 'items', values: Object.fromEntries(kinds) }, 'items').then(
+      ({ items }) => items,
+      (error) => {
+        if (!(error instanceof Refused)) throw error
+        return null
+      },
+    )
+  }
+
+  async #take(entries: Record<string, string>) {
+    this.values = entries
     const request = ++this.#request
+    const items = await this.#offered(entries)
+    if (request !== this.#request) return
+    // A parameter of another kind is dropped.
+    const there = new Set(items?.map((item) => item.path))
+    const values = items ? Object.fromEntries(Object.entries(entries).filter(([path]) => there.has(path))) : entries
+    this.items = items
+    this.values = values
     let [changes, refused]: [Changed[], string] = [[], '']
     if (this.any) {
       try {

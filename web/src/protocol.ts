@@ -189,6 +189,8 @@ export type Call = {
 }
   | {
   call: "items"
+  /** Value by path, as in `set`. */
+  values?: Record<string, string>
 }
   | {
   call: "preview"

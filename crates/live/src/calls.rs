@@ -90,7 +90,7 @@ impl Live {
             Call::KeepLayout { layout } => shared.state.keep_layout(layout),
             Call::Parameters {} => Ok(shared.parameters.text()),
             Call::Differences {} => Ok(shared.parameters.differences()),
-            Call::Items {} => Ok(shared.parameters.items()),
+            Call::Items { values } => shared.parameters.items(values),
             Call::Preview { values } => shared.parameters.preview(values),
             Call::Margin { values } => shared.parameters.margin(values),
             Call::Plan { what, thorough, plan } => shared.parameters.plan(what, thorough, &plan),

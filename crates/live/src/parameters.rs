@@ -7,9 +7,10 @@ use std::sync::{Mutex, MutexGuard};
 use super::loaded::{LoadedFile, OpenFile};
 use super::lock;
 use super::protocol::{Answer, Changed, ChatterMargin, Item, Machine, PlanForm, Quantity};
+use stickslip_base::parameters::flatten;
 use stickslip_base::parameters::presets::Source;
 use stickslip_base::{Error, Preset};
-use stickslip_bench::tuning::{Proposal, Sets, Tuning};
+use stickslip_bench::tuning::{Proposal, Sets, Tuning, is_of_it};
 
 /// The parameters.
 pub(super) struct Parameters {
@@ -77,8 +78,16 @@ impl Parameters {
         Answer::Differences { differences: Changed::all(&self.read(Tuning::differences)) }
     }
 
-    pub(super) fn items(&self) -> Answer {
-        Answer::Items { items: Item::list(self.read(Tuning::entries)) }
+    pub(super) fn items(&self, values: BTreeMap<String, String>) -> Result<Answer, Error> {
+        let tuning = self.tuning();
+        let mut entries = tuning.entries();
+        if !values.is_empty() {
+            let preset = tuning.preset_with(&values.into_iter().collect::<Vec<_>>())?;
+            // Those of a loaded file are not part of the preset.
+            entries.retain(|entry| is_of_it(&entry.path));
+            entries.splice(..0, flatten(&preset));
+        }
+        Ok(Answer::Items { items: Item::list(entries) })
     }
 
     /// The machine, with its preload.

@@ -197,8 +197,13 @@ pub enum Call {
     Parameters {},
     /// List the active parameters that differ from those of the start of the run.
     Differences {},
-    /// Read all active parameters with their descriptions.
-    Items {},
+    /// Read all active parameters with their descriptions. With values, those that they would give: a kind has its own
+    /// parameters.
+    Items {
+        /// Value by path, as in `set`.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        values: BTreeMap<String, String>,
+    },
     /// List the differences that some values would make; the bench is unchanged.
     Preview {
         /// Value by path, as in `set`.
@@ -484,7 +489,7 @@ impl Call {
                 | Call::Parameters {}
                 | Call::Differences {}
                 | Call::Frictions { .. }
-                | Call::Items {}
+                | Call::Items { .. }
                 | Call::Preview { .. }
                 | Call::Machine {}
                 | Call::Flow {}

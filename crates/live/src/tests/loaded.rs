@@ -35,7 +35,9 @@ fn with_controller(values: &[(&str, f64)], record: bool) -> (Live, tempfile::Tem
 }
 
 fn item(live: &Live, path: &str) -> Option<protocol::Item> {
-    let Answer::Items { items } = live.call("looks", Call::Items {}).unwrap() else { panic!("no items") };
+    let Answer::Items { items } = live.call("looks", Call::Items { values: Default::default() }).unwrap() else {
+        panic!("no items")
+    };
     items.into_iter().find(|item| item.path == path)
 }
 

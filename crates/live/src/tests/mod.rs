@@ -269,3 +269,22 @@ fn calls_and_answers_read_back_from_their_json() {
     assert!(json["answer"] == "status" && json["preset"].is_string(), "{json}");
     assert_eq!(Answer::from_json(json).unwrap(), answer);
 }
+
+#[test]
+fn a_kind_offers_its_own_parameters_before_it_is_active() {
+    let (live, _project) = live();
+    let paths = |values: &[(&str, &str)]| {
+        let values = values.iter().map(|(path, value)| ((*path).to_owned(), (*value).to_owned())).collect();
+        match live.call("looks", Call::Items { values }) {
+            Ok(Answer::Items { items }) => Ok(items.into_iter().map(|item| item.path).collect::<Vec<_>>()),
+            Ok(other) => panic!("{other:?}"),
+            Err(error) => Err(error.to_string()),
+        }
+    };
+    let proportional = "bench.controller.proportional_gain".to_owned();
+    let with = paths(&[("bench.controller.kind", "pid")]).unwrap();
+    assert!(with.contains(&proportional) && !with.iter().any(|path| path == GAIN), "{with:?}");
+    let active = paths(&[]).unwrap();
+    assert!(active.iter().any(|path| path == GAIN) && !active.contains(&proportional));
+    assert!(paths(&[("bench.controller.kind", "fuzzy")]).unwrap_err().contains("fuzzy"));
+}

@@ -34,7 +34,7 @@ impl Served {
 
     /// The item of this path.
     pub(crate) fn item(&self, path: &str) -> Item {
-        let Answer::Items { items } = self.call(Call::Items {}) else { panic!("no items") };
+        let Answer::Items { items } = self.call(Call::Items { values: Default::default() }) else { panic!("no items") };
         items.into_iter().find(|item| item.path == path).expect("it is listed")
     }
 
