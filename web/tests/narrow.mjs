@@ -90,6 +90,50 @@ await play(async (scene) => {
       }
     })
   assert.deepEqual(all, [], 'nothing is cut or out of reach')
+  await scene.step('dialogs and popups fit a phone', async () => {
+    await ann.setViewportSize(SIZES.phone)
+    const open = async (path) => {
+      await ann.goto(scene.bench.address.origin + path)
+      await ann.getByRole('main').waitFor()
+    }
+    const command = async (name) => {
+      await open('/')
+      await ann.keyboard.press('Control+k')
+      await ann.getByRole('dialog').waitFor()
+      await ann.keyboard.type(name)
+      await ann.keyboard.press('Enter')
+      await ann.getByRole('dialog', { name }).waitFor()
+    }
+    const shown = {
+      settings: () => command('Settings'),
+      sets: () => command('Parameter sets'),
+      keys: () => command('Keys'),
+      library: () => open('/design').then(() => ann.getByRole('button', { name: 'Library' }).click()),
+      trigger: () => open('/scope').then(() => ann.getByRole('button', { name: /^Trigger/ }).click()),
+      download: async () => {
+        await open('/controller')
+        const gain = ann.getByRole('region', { name: 'Gains' }).getByRole('textbox', { name: /position gain/ })
+        await gain.fill('12')
+        await gain.press('Enter')
+        await ann.getByRole('button', { name: /^Download 1 change/ }).click()
+      },
+    }
+    for (const [what, show] of Object.entries(shown)) {
+      await show()
+      await ann.waitForTimeout(200)
+      const outside = await ann.evaluate(() => {
+        const one = document.querySelector('[role=dialog], .pop, [role=group][aria-label=Trigger]')
+        const parts = [one, ...one.querySelectorAll('*')].filter((part) => part.checkVisibility() && !part.closest('option, svg *'))
+        const box = one.getBoundingClientRect()
+        return parts.filter((part) => {
+          const { left, right, width } = part.getBoundingClientRect()
+          return width && (left < Math.max(0, box.left) - 1 || right > Math.min(innerWidth, box.right) + 1)
+        }).map((part) => `${part.tagName}.${part.className} "${part.textContent.trim().slice(0, 30)}"`)
+      })
+      if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, `phone-${what}.png`) })
+      assert.deepEqual(outside, [], `${what}: outside`)
+    }
+  })
   await scene.step('the banner of a fault keeps its buttons in reach', async () => {
     await call({ call: 'move', reference: 'sine', values: { amplitude: 1, frequency: 1 } })
     await call({ call: 'inject', fault: 'encoder-stuck' })

@@ -18,7 +18,7 @@ const SCREENS = {
   'zoom 200 %': { deviceScaleFactor: 2, width: 720, height: 450 },
   phone: { deviceScaleFactor: 3, width: 390, height: 844, isMobile: true, hasTouch: true },
 }
-const PATHS = ['/', '/friction', '/design', '/controller', '/runs', '/scope']
+const PATHS = ['/', '/friction', '/design', '/controller', '/test', '/runs', '/scope']
 
 /** Notes the texts that are drawn on each canvas, with size and box in pixels of the canvas. */
 function note() {
@@ -68,6 +68,18 @@ function sizes() {
   return texts
 }
 
+/** Words that are cut off, and labels whose rim covers their own letters. */
+function cutWords() {
+  const ends = (one) => getComputedStyle(one).textOverflow === 'ellipsis' && one.scrollWidth > one.clientWidth + 1
+  // A row of a list or of the scope's signals may be shortened: it has a tooltip.
+  const cut = [...document.querySelectorAll('main *')].filter((one) => one.checkVisibility() && ends(one) && !one.closest('li, tr'))
+  const covered = [...document.querySelectorAll('main svg text')].filter((one) => {
+    const { stroke, fill } = getComputedStyle(one)
+    return stroke !== 'none' && fill !== 'none' && one.querySelector('tspan')
+  })
+  return [...cut, ...covered].map((one) => `"${one.textContent.trim()}"`)
+}
+
 await play(async (scene) => {
   const ann = await scene.page('Ann')
   await ann.goto(scene.bench.address.href)
@@ -75,6 +87,9 @@ await play(async (scene) => {
   await ann.evaluate(async () => {
     const call = async (body) => (await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body: JSON.stringify(body) })).json()
     await call({ call: 'measure', what: 'friction', plan: { slowest: '2', fastest: '40', speeds: '5' } })
+    do await new Promise((resolve) => setTimeout(resolve, 200))
+    while ((await call({ call: 'status' })).doing)
+    await call({ call: 'trial', motion: 'sine_2hz', repetitions: 1 })
     do await new Promise((resolve) => setTimeout(resolve, 200))
     while ((await call({ call: 'status' })).doing)
   })
@@ -87,6 +102,7 @@ await play(async (scene) => {
     const wrong = [...plots.filter(({ size }) => size < LEAST || size > MOST), ...texts.filter(({ drawing, size }) => drawing && size < LEAST_DRAWN)]
     assert.deepEqual(wrong.map(({ text, size }) => `"${text}" ${size.toFixed(1)} px`), [], where)
     assert.deepEqual(await page.evaluate(overlaps), [], `${where}: texts cover each other`)
+    if (where.endsWith('ratio 2')) assert.deepEqual(await page.evaluate(cutWords), [], `${where}: cut words`)
   }
   for (const [name, screen] of Object.entries(SCREENS))
     await scene.step(`texts of all plots, ${name}`, async () => {

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { caller, play, state } from './harness.mjs'
 
-const WINDOWS = ['/', '/friction', '/design', '/controller', '/simulation', '/implementation', '/runs', '/help', '/scope']
+const WINDOWS = ['/', '/friction', '/design', '/controller', '/test', '/simulation', '/implementation', '/runs', '/help', '/scope']
 const SIZES = [{ width: 1440, height: 900 }, { width: 1280, height: 800 }, { width: 390, height: 844 }]
 
 /** Controls that a message covers. */
@@ -71,6 +71,7 @@ await play(async (scene) => {
     await ann.goto(`${scene.bench.address.origin}/scope`)
     await ann.getByRole('button', { name: /^Trigger/ }).click()
     const trigger = ann.getByRole('group', { name: 'Trigger' })
+    assert.notEqual(await trigger.getByLabel('Signal').inputValue(), '', 'a signal is selected, also after a reload')
     await trigger.getByLabel('Level').fill('1e6')
     await trigger.getByLabel('Level').press('Enter')
     await trigger.getByRole('button', { name: 'Normal' }).click()

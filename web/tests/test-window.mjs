@@ -183,7 +183,7 @@ await play(async (scene) => {
     await ann.keyboard.press('r')
     await ann.getByRole('region', { name: 'Progress' }).getByText(/repetition 1 of 2/).waitFor()
     await rows.first().waitFor()
-    const shown = Number((await rows.first().locator('td').nth(7).innerText()).split('±')[0])
+    const shown = Number((await rows.first().locator('td').nth(6).innerText()).split('±')[0])
     const error = 1e3 * summary('test-sine')['trial.tracking_rms'].value
     assert.ok(Math.abs(shown / error - 1) < 0.01, `${shown} mrad, ${error} mrad in the summary`)
     await ann.getByRole('img', { name: /deviation e over time/ }).waitFor()
@@ -285,6 +285,14 @@ await play(async (scene) => {
     await ann.getByRole('heading', { name: 'Runs' }).waitFor()
     assert.equal(new URL(ann.url()).search, `?run=${run}`)
     await ann.getByRole('complementary').getByText('trial.tracking_rms').waitFor()
+    // The inspector begins with the figure.
+    const figure = ann.getByRole('complementary').getByRole('img', { name: `trial.svg of run ${run}` })
+    await figure.waitFor()
+    await ann.waitForFunction((image) => image.complete && image.naturalWidth > 0, await figure.elementHandle())
+    await scene.snapshot(ann, 'test-run')
+    await ann.getByRole('row').filter({ hasText: 'controllers compared' }).first().click()
+    await ann.getByRole('complementary').getByRole('img', { name: /^sine_2hz.svg of run/ }).waitFor()
+    await scene.snapshot(ann, 'test-run-comparison')
   })
   await scene.step('on narrow screens the jog buttons are in reach', async () => {
     for (const [width, height] of [[390, 844], [820, 1180]]) {
