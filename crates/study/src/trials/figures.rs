@@ -16,9 +16,8 @@ pub(super) fn figures(repetitions: &[Repetition]) -> [(Figure, String); 3] {
         let values = first.setpoint.iter().map(|setpoint| setpoint - start);
         Series::line(Role::Reference, "set-point", over_time(first.course.period, values)).dashed()
     });
-    // The first repetition is on top, where all of them are nearly the same.
     let all = |value: fn(&Repetition, usize) -> f64, offset: f64, factor: f64| {
-        drawn.iter().enumerate().rev().map(move |(index, repetition)| {
+        drawn.iter().enumerate().map(move |(index, repetition)| {
             let values = (0..repetition.setpoint.len()).map(|k| factor * (value(repetition, k) - offset));
             let name = if drawn.len() == 1 { "measured".into() } else { format!("repetition {}", index + 1) };
             Series::line(Role::Trace(index), name, over_time(repetition.course.period, values))
