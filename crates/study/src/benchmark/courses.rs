@@ -1,6 +1,6 @@
 //! Figures of a benchmark on a bench: the deviations of the controllers over each other, and their differences.
 
-use super::report::DRAWN;
+use super::report::{DRAWN, Panels};
 use super::{BENCH, Outcome, rank};
 use crate::trials::over_time;
 use stickslip_base::figure::{Axis, Figure, Role, Series};
@@ -9,7 +9,7 @@ use stickslip_simulate::manoeuvre::{Course, Manoeuvre};
 impl Outcome {
     /// For each manoeuvre the name of its file, the deviations of the first entrant and of the best others in their
     /// first repetition, and those less that of the first.
-    pub(super) fn figures_of_bench(&self) -> Vec<(String, Vec<(Figure, String)>)> {
+    pub(super) fn figures_of_bench(&self) -> Vec<(String, Panels)> {
         let first = &self.plan.entrants[0].name;
         let ranks = rank(self, BENCH);
         let best = ranks.iter().map(|it| &it.entrant).filter(|name| *name != first).take(DRAWN);
@@ -31,7 +31,7 @@ impl Outcome {
 }
 
 /// The deviations, and below them the differences of courses of the same duration and rate.
-fn compared(title: &str, (name, first): (&str, &Course), others: Vec<(&str, &Course)>) -> Vec<(Figure, String)> {
+fn compared(title: &str, (name, first): (&str, &Course), others: Vec<(&str, &Course)>) -> Panels {
     let figure =
         |title: String, quantity: &str| Figure::new(title).x(Axis::new("time", "s")).y(Axis::new(quantity, "mrad"));
     let line = |role: Role, name: &str, course: &Course, minus: Option<&Course>| {

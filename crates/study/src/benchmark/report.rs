@@ -10,6 +10,9 @@ use stickslip_base::report::{Provenance, Report, Table};
 use stickslip_base::statistics::{bootstrap, mean};
 use stickslip_base::{Error, Summary, Watch, output, parameters};
 
+/// The panels of a figure, with their captions.
+pub(super) type Panels = Vec<(Figure, String)>;
+
 /// Number of entrants in a figure, and its time range about a reversal [s].
 pub(super) const DRAWN: usize = 3;
 const AROUND: [f64; 2] = [-0.05, 0.35];
@@ -203,7 +206,7 @@ impl Outcome {
 
     /// Files with their figures and captions. In simulation the deviation about a reversal: the reference and the best,
     /// for each friction.
-    fn figures(&self) -> Result<Vec<(String, Vec<(Figure, String)>)>, Error> {
+    fn figures(&self) -> Result<Vec<(String, Panels)>, Error> {
         let mut figures = Vec::new();
         if !self.is_simulated() {
             return Ok(self.figures_of_bench());
