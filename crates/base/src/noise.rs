@@ -53,9 +53,14 @@ impl Ticks {
         Ticks { steps, spread: jitter / step }
     }
 
+    /// Whether all ticks have the same number of steps, whatever the noise.
+    pub fn are_equal(&self) -> bool {
+        self.spread == 0.0
+    }
+
     /// Number of steps of the machine in a tick.
     pub fn steps(&self, normals: &Normals, cycle: u64) -> usize {
-        if self.spread == 0.0 {
+        if self.are_equal() {
             return self.steps;
         }
         let offset = |cycle| {

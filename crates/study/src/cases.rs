@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Work;
 use super::table::Row;
-use crate::benchmark::run_in_lanes;
+use crate::benchmark::{Lane, run_in_lanes};
 use stickslip_base::isolated::isolated;
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
@@ -113,17 +113,18 @@ impl Work {
     /// [`Error::Cancelled`] alone.
     pub(super) fn measured(&self, presets: &[Preset<f64>], watch: &Watch) -> Result<Vec<Measured>, Error> {
         let plan = &self.plan;
-        let machines: Vec<_> = presets.iter().collect();
-        let mut all = vec![Measured::default(); machines.len()];
+        let mut all = vec![Measured::default(); presets.len()];
         for manoeuvre in &plan.manoeuvres {
-            let mut partial = vec![Partial::default(); machines.len()];
+            let mut partial = vec![Partial::default(); presets.len()];
             for (_, seed, chance) in plan.runs().filter(|(other, ..)| other == manoeuvre) {
-                let courses = run_in_lanes(&machines, *manoeuvre, seed, chance, watch)?;
+                let lane = |preset| Lane { preset, manoeuvre: *manoeuvre, seed, chance };
+                let lanes: Vec<Lane<'_>> = presets.iter().map(lane).collect();
+                let courses = run_in_lanes(&lanes, watch)?;
                 for (place, course) in courses.into_iter().enumerate() {
                     let partial = &mut partial[place];
                     partial.runs += 1;
                     match course {
-                        Ok(Some(course)) => partial.measures.push(manoeuvre.judge(&course, machines[place], chance)),
+                        Ok(Some(course)) => partial.measures.push(manoeuvre.judge(&course, &presets[place], chance)),
                         Ok(None) => partial.stopped.push(seed.to_string()),
                         Err(error) => {
                             let text = format!("{}: {error}", manoeuvre.name());

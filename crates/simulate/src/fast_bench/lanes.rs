@@ -80,7 +80,7 @@ impl FastBench {
         Some(FastBench {
             bench: gather(|lane| of(lane).bench),
             state: gather(|lane| of(lane).state),
-            normals: first.normals,
+            normals: std::array::from_fn(|lane| of(lane).normals[0]),
             ticks: first.ticks,
             dt: first.dt,
             divider: first.divider,
@@ -88,13 +88,34 @@ impl FastBench {
         })
     }
 
-    /// Whether both may share a vector: they differ in numbers only.
+    /// Whether both may share a vector: they differ in numbers only. Noise that varies the steps of a tick is the same.
     pub fn beside(&self, other: &FastBench) -> bool {
-        let schedule = |it: &FastBench| (it.normals, it.ticks, it.dt.to_bits(), it.divider, it.cycle);
+        let schedule = |it: &FastBench| (it.ticks, it.dt.to_bits(), it.divider, it.cycle);
         schedule(self) == schedule(other)
+            && (self.ticks.are_equal() || self.normals == other.normals)
             && contents(self.bench).configuration == contents(other.bench).configuration
             && contents(self.state).configuration == contents(other.state).configuration
     }
+}
+
+/// With fewer lanes, one machine after the other is faster.
+const WORTH_LANES: usize = 3;
+
+/// The machines in vectors of at most `most`, each machine by its index with those [`beside`](FastBench::beside) it;
+/// alone where lanes are slower.
+pub fn vectors(machines: &[&FastBench], most: usize) -> Vec<Vec<usize>> {
+    let mut vectors: Vec<Vec<usize>> = Vec::new();
+    for (index, machine) in machines.iter().enumerate() {
+        let fits = |vector: &&mut Vec<usize>| vector.len() < most.min(LANES) && machine.beside(machines[vector[0]]);
+        match vectors.iter_mut().find(fits) {
+            Some(vector) => vector.push(index),
+            None => vectors.push(vec![index]),
+        }
+    }
+    let split = |vector: Vec<usize>| -> Vec<Vec<usize>> {
+        if vector.len() < WORTH_LANES { vector.into_iter().map(|index| vec![index]).collect() } else { vec![vector] }
+    };
+    vectors.into_iter().flat_map(split).collect()
 }
 
 /// One struct of many: number by number, one machine for each lane.

@@ -7,10 +7,10 @@
 
 mod lanes;
 
-pub use lanes::{LANES, LaneNumber};
+pub use lanes::{LANES, LaneNumber, vectors};
 use stickslip_core::block::Block as _;
 use stickslip_core::fields::Fields as _;
-use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
+use stickslip_core::plant::{Noise, Plant, PlantInput, VirtualMachine};
 use stickslip_core::tick::{BenchInput, BenchState, Order, Tick, TickOutput, VirtualBench};
 
 use crate::integrator;
@@ -23,7 +23,8 @@ use stickslip_base::preset::Settings;
 pub struct FastBench<T = f64> {
     bench: VirtualBench<T>,
     state: BenchState<T>,
-    normals: Normals,
+    /// Noise of each lane.
+    normals: [Normals; LANES],
     ticks: Ticks,
     dt: f64,
     divider: u64,
@@ -50,7 +51,7 @@ impl FastBench {
         // One tick at rest fills the pickups and gives the first readings.
         state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);
         let ticks = Ticks::new(steps, step, plant.tick_jitter);
-        Ok(FastBench { bench, state, normals: Normals::new(seed), ticks, dt, divider, cycle: 0 })
+        Ok(FastBench { bench, state, normals: [Normals::new(seed); LANES], ticks, dt, divider, cycle: 0 })
     }
 }
 
@@ -58,11 +59,26 @@ impl<T: LaneNumber> FastBench<T> {
     /// The next tick under an order, with its own schedule.
     pub fn tick(&mut self, mut order: Order<T>) -> TickOutput<T> {
         order.schedule(self.cycle, self.divider);
-        let noise = self.normals.of_tick(self.cycle).map(&mut T::of);
-        let input = BenchInput { order, external_torque: T::of(0.0), noise };
-        let steps = self.ticks.steps(&self.normals, self.cycle);
+        let input = BenchInput { order, external_torque: T::of(0.0), noise: self.noise() };
+        let steps = self.ticks.steps(&self.normals[0], self.cycle);
         self.cycle += 1;
         T::tick(&self.bench, steps, &mut self.state, input, T::of(self.dt))
+    }
+
+    /// The noise of a tick; neighbours of the same seed share it.
+    fn noise(&self) -> Noise<T> {
+        let [first, ..] = self.normals;
+        let (mut last, mut drawn) = (first, first.of_tick(self.cycle).map(&mut T::of));
+        let mut noise = drawn;
+        for (lane, &normals) in self.normals.iter().enumerate().skip(1) {
+            if normals != last {
+                (last, drawn) = (normals, normals.of_tick(self.cycle).map(&mut T::of));
+            }
+            if normals != first {
+                noise = noise.merge(&drawn, &mut |all: T, one| all.with_lane(lane, one.lane(lane)));
+            }
+        }
+        noise
     }
 
     /// The true state of machine and software.

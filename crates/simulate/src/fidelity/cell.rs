@@ -5,8 +5,9 @@ use stickslip_core::friction::{Friction, Stribeck};
 use stickslip_core::plant::Plant;
 use stickslip_core::render::{Correction, Law};
 
-use super::run::{Trace, run};
+use super::run::{Job, Run, Trace, follow, start};
 use super::{Mismatch, Role, Scenario};
+use crate::fast_bench::{FastBench, vectors};
 use stickslip_base::parallel::map;
 use stickslip_base::{Error, Preset, Watch};
 
@@ -72,19 +73,58 @@ impl Runs {
         threads: usize,
         done: &(dyn Fn() -> Result<(), Error> + Sync),
     ) -> Result<Self, Error> {
-        let jobs: Vec<_> =
-            scenarios.iter().flat_map(|scenario| seeds.iter().map(move |&seed| (scenario, seed))).collect();
-        let simulate = |&(scenario, seed): &(&Scenario, u64)| {
-            let trace = run(cell, role, scenario, seed)?;
-            done()?;
-            Ok(trace)
-        };
-        let mut traces = map(&jobs, threads, simulate)?.into_iter();
-        let by_seed = |_| traces.by_ref().take(seeds.len()).collect();
-        Ok(Runs {
-            scenarios: scenarios.to_vec(),
-            traces: scenarios.iter().map(by_seed).collect(),
-            desired: cell.preset.bench.desired,
-        })
+        Ok(Runs::of_all(&[Machine { cell, role, seeds }], scenarios, threads, done)?.remove(0))
     }
+
+    /// The same for several machines, side by side where they differ in numbers only.
+    pub(super) fn of_all(
+        machines: &[Machine<'_>],
+        scenarios: &[Scenario],
+        threads: usize,
+        done: &(dyn Fn() -> Result<(), Error> + Sync),
+    ) -> Result<Vec<Self>, Error> {
+        let mut jobs = Vec::new();
+        for &Machine { cell, role, seeds } in machines {
+            for scenario in scenarios {
+                jobs.extend(seeds.iter().map(|&seed| Job { cell, role, scenario, seed }));
+            }
+        }
+        let started = map(&jobs, threads, start)?;
+        let runs: Vec<(usize, &(FastBench, Run))> =
+            started.iter().enumerate().filter_map(|(job, run)| Some((job, run.as_ref()?))).collect();
+        let benches: Vec<&FastBench> = runs.iter().map(|(_, run)| &run.0).collect();
+        // No idle threads with few runs.
+        let vectors = vectors(&benches, runs.len().div_ceil(threads.max(1)));
+        let simulate = |vector: &Vec<usize>| {
+            let benches: Vec<FastBench> = vector.iter().map(|&run| benches[run].clone()).collect();
+            let beside: Vec<&Run> = vector.iter().map(|&run| &runs[run].1.1).collect();
+            let traces = match &benches[..] {
+                [alone] => follow(alone.clone(), &beside),
+                _ => FastBench::in_lanes(&benches).map_or(Vec::new(), |wide| follow(wide, &beside)),
+            };
+            vector.iter().try_for_each(|_| done())?;
+            Ok(vector.iter().map(|&run| runs[run].0).zip(traces).collect::<Vec<_>>())
+        };
+        let refused = |job: &Job<'_>| Trace { period: job.cell.preset.bench.control_period(), ..Trace::default() };
+        let mut traces: Vec<Trace> = jobs.iter().map(refused).collect();
+        for (job, trace) in map(&vectors, threads, simulate)?.into_iter().flatten() {
+            traces[job] = trace;
+        }
+        (runs.len()..jobs.len()).try_for_each(|_| done())?;
+        let mut traces = traces.into_iter();
+        let gather = |&Machine { cell, seeds, .. }: &Machine<'_>| Runs {
+            scenarios: scenarios.to_vec(),
+            traces: scenarios.iter().map(|_| traces.by_ref().take(seeds.len()).collect()).collect(),
+            desired: cell.preset.bench.desired,
+        };
+        Ok(machines.iter().map(gather).collect())
+    }
+}
+
+/// A machine of a cell, with its seeds.
+#[derive(Clone, Copy)]
+pub(super) struct Machine<'a> {
+    pub(super) cell: &'a Cell,
+    pub(super) role: Role,
+    pub(super) seeds: &'a [u64],
 }

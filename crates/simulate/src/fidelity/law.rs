@@ -1,5 +1,6 @@
 //! The compared laws, and the width around standstill of some of them.
 
+use super::cell::Machine;
 use super::scenario::CLOSED_LOOP;
 use super::{Cell, Role, Runs, Score, scores};
 use stickslip_base::Error;
@@ -67,8 +68,10 @@ pub fn prepare(cell: &mut Cell) -> Result<(), Error> {
 
 /// A and A0 in closed loop with the seed of the search.
 pub fn search_references(cell: &Cell, threads: usize, done: &Done) -> Result<[Runs; 2], Error> {
-    let run = |role| Runs::counted(cell, role, CLOSED_LOOP, &[SEARCH_SEED], threads, done);
-    Ok([run(Role::Desired)?, run(Role::Own)?])
+    let of = |role| Machine { cell, role, seeds: &[SEARCH_SEED] };
+    let mut runs = Runs::of_all(&[of(Role::Desired), of(Role::Own)], CLOSED_LOOP, threads, done)?;
+    let own = runs.remove(1);
+    Ok([runs.remove(0), own])
 }
 
 /// Called after each run; its error ends the work.
@@ -78,13 +81,18 @@ pub type Done<'a> = dyn Fn() -> Result<(), Error> + Sync + 'a;
 /// of equal ones.
 pub fn best_width(cell: &Cell, references: &[Runs; 2], threads: usize, done: &Done) -> Result<f64, Error> {
     let [a, a0] = references;
-    let mut best = (f64::INFINITY, WIDTHS[0]);
-    for width in WIDTHS {
+    let with = |width| {
         let mut cell = cell.clone();
         cell.preset.bench.fade_velocity = width;
         prepare(&mut cell)?;
-        let b = Runs::counted(&cell, Role::Rendered, CLOSED_LOOP, &[SEARCH_SEED], threads, done)?;
-        let badness: f64 = scores(&b, a, a0).iter().map(badness).sum();
+        Ok(cell)
+    };
+    let cells = WIDTHS.into_iter().map(with).collect::<Result<Vec<Cell>, Error>>()?;
+    let of = |cell| Machine { cell, role: Role::Rendered, seeds: &[SEARCH_SEED] };
+    let machines: Vec<Machine<'_>> = cells.iter().map(of).collect();
+    let mut best = (f64::INFINITY, WIDTHS[0]);
+    for (b, width) in Runs::of_all(&machines, CLOSED_LOOP, threads, done)?.iter().zip(WIDTHS) {
+        let badness: f64 = scores(b, a, a0).iter().map(badness).sum();
         if badness < best.0 {
             best = (badness, width);
         }

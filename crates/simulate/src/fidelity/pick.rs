@@ -12,20 +12,24 @@ use stickslip_core::plant::{LoadMotor, Plant};
 use stickslip_core::render::Law;
 use stickslip_core::sensor::{Accelerometer, CurrentSensor, Encoder, Tacho};
 
+use super::cell::Machine;
 use super::law::{LAWS, badness, has_width};
 use super::mismatch::{bristles_mut, sliding_mut};
 use super::scenario::CLOSED_LOOP;
 use super::{Cell, Mismatch, Role, Runs, Score, scores};
 use stickslip_base::preset::{LawChoice, Model, Settings};
-use stickslip_base::{Error, Preset, Watch};
+use stickslip_base::{Error, Preset};
 
 /// The machines around the model.
 const AROUND: [Off; 4] = [
-    Off { sides: [1.0, 1.0, 1.0], phase: 0.5, seed: 2001 },
-    Off { sides: [1.0, -1.0, -1.0], phase: 0.5 + FRAC_PI_2, seed: 2002 },
-    Off { sides: [-1.0, 1.0, -1.0], phase: 0.5 + 2.0 * FRAC_PI_2, seed: 2003 },
-    Off { sides: [-1.0, -1.0, 1.0], phase: 0.5 + 3.0 * FRAC_PI_2, seed: 2004 },
+    Off { sides: [1.0, 1.0, 1.0], phase: 0.5 },
+    Off { sides: [1.0, -1.0, -1.0], phase: 0.5 + FRAC_PI_2 },
+    Off { sides: [-1.0, 1.0, -1.0], phase: 0.5 + 2.0 * FRAC_PI_2 },
+    Off { sides: [-1.0, -1.0, 1.0], phase: 0.5 + 3.0 * FRAC_PI_2 },
 ];
+
+/// Seed of the noise of each, not used by any comparison.
+const SEEDS: [[u64; 1]; 4] = [[2001], [2002], [2003], [2004]];
 
 /// Deviations of one of them: a design at two levels, in which each pair of uncertainties has the same sign as often as
 /// the opposite.
@@ -34,8 +38,6 @@ struct Off {
     sides: [f64; 3],
     /// Phase of the ripple [rad].
     phase: f64,
-    /// Seed of its noise, not used by any comparison.
-    seed: u64,
 }
 
 /// A selected law, with the predictions for all laws.
@@ -82,27 +84,32 @@ impl Prediction {
 pub fn pick_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Pick, Error> {
     let carries = |law: &LawChoice<f64>| Preset::bears_arm(law, &settings.arm);
     let laws = || LAWS.iter().filter(|(name, law)| !has_width(name) && carries(law));
-    let mut predicted: Vec<_> = laws().map(|&(law, _)| Prediction { law, around: Vec::new() }).collect();
-    for off in &AROUND {
-        let cell = simulated_machine(model, settings, off);
-        let simulate = |cell: &Cell, role| {
-            Runs::simulate(
-                cell,
-                role,
-                CLOSED_LOOP,
-                &[off.seed],
-                stickslip_base::parallel::processors(),
-                &Watch::silent(),
-            )
-        };
-        let (a, a0) = (simulate(&cell, Role::Desired)?, simulate(&cell, Role::Own)?);
-        for ((_, law), prediction) in laws().zip(&mut predicted) {
-            let mut cell = cell.clone();
-            cell.preset.bench.law = *law;
-            cell.law = crate::rendering_law(model, &cell.preset.bench)?;
-            prediction.around.push(scores(&simulate(&cell, Role::Rendered)?, &a, &a0));
-        }
+    let around = AROUND.each_ref().map(|off| simulated_machine(model, settings, off));
+    let mut cells = around.to_vec();
+    for (_, law) in laws() {
+        let named = Settings { law: *law, ..*settings };
+        let designed = crate::rendering_law(model, &named)?;
+        cells.extend(around.iter().map(|cell| Cell {
+            preset: Preset { bench: named, ..cell.preset },
+            law: designed,
+            ..cell.clone()
+        }));
     }
+    // A and A0 of each machine, then B under each law.
+    let of = |role| move |(k, cell): (usize, _)| Machine { cell, role, seeds: &SEEDS[k % AROUND.len()][..] };
+    let machines: Vec<Machine<'_>> = (around.iter().enumerate().map(of(Role::Desired)))
+        .chain(around.iter().enumerate().map(of(Role::Own)))
+        .chain(cells.iter().enumerate().skip(AROUND.len()).map(of(Role::Rendered)))
+        .collect();
+    let runs = Runs::of_all(&machines, CLOSED_LOOP, stickslip_base::parallel::processors(), &|| Ok(()))?;
+    let (references, rendered) = runs.split_at(2 * AROUND.len());
+    let (a, a0) = references.split_at(AROUND.len());
+    let score = |(k, b): (usize, &Runs)| scores(b, &a[k], &a0[k]);
+    let predict = |((law, _), b): (&(&'static str, _), &[Runs])| Prediction {
+        law,
+        around: b.iter().enumerate().map(score).collect(),
+    };
+    let predicted: Vec<Prediction> = laws().zip(rendered.chunks(AROUND.len())).map(predict).collect();
     let best = predicted.iter().min_by(|a, b| a.badness().total_cmp(&b.badness())).map(|best| best.law);
     let &(name, law) = LAWS.iter().find(|(name, _)| Some(*name) == best).unwrap_or(&LAWS[0]);
     Ok(Pick { name, law, predicted })

@@ -2,14 +2,15 @@
 
 use stickslip_core::control::reference::Generator;
 use stickslip_core::drive::Arm;
-use stickslip_core::plant::MachineState;
+use stickslip_core::plant::Plant;
 use stickslip_core::render::{Law, RenderedArm};
-use stickslip_core::tick::{Order, Tick};
+use stickslip_core::tick::{BenchState, Order, Tick};
 
 use super::machine::machine;
 use super::scenario::{Course, Drive};
 use super::{Cell, Role, Scenario};
-use crate::fast_bench::FastBench;
+use crate::fast_bench::{FastBench, LaneNumber};
+use stickslip_base::preset::Settings;
 use stickslip_base::{Error, Preset};
 use stickslip_design as design;
 
@@ -36,61 +37,155 @@ pub struct Trace {
     pub stable: bool,
 }
 
-/// Runs a machine of the cell in a scenario.
+/// A machine of a cell in a scenario, with a seed of noise.
+#[derive(Clone, Copy)]
+pub(super) struct Job<'a> {
+    pub(super) cell: &'a Cell,
+    pub(super) role: Role,
+    pub(super) scenario: &'a Scenario,
+    pub(super) seed: u64,
+}
+
+/// A run at its start.
+pub(super) struct Run {
+    role: Role,
+    plant: Plant<f64>,
+    settings: Settings<f64>,
+    /// Whether the load's velocity is that of the law's observer.
+    observes: bool,
+    course: Course,
+}
+
+/// Machine and software at the start of a run; `None` where the supervision ends the measurement before its
+/// correction.
 ///
 /// # Errors
 /// Errors of the software's design and of the integrator.
-pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Result<Trace, Error> {
+pub(super) fn start(job: &Job<'_>) -> Result<Option<(FastBench, Run)>, Error> {
+    let Job { cell, role, scenario, seed } = *job;
     let plant = machine(cell, role);
     let settings = &cell.preset.bench;
     let course = scenario.course(&cell.preset)?;
-    let (dt, divider) = (settings.tick_time(), settings.divider());
-    let period = dt * divider as f64;
-    let control_divider = if course.every_tick { 1 } else { divider };
+    let control_divider = if course.every_tick { 1 } else { settings.divider() };
     let mut tick = software(cell, role, &course, control_divider)?;
     if let (Role::Rendered, true, Some(correct)) = (role, scenario.is_corrected(), cell.correct) {
         match correct(cell, &plant, settings, seed)? {
             Some(correction) => tick.correction = correction,
-            None => return Ok(Trace { period, ..Trace::default() }),
+            None => return Ok(None),
         }
     }
-    let mut bench = FastBench::new(&plant, tick, settings, control_divider, seed)?;
-    let mut setpoints = course.drive.setpoints(settings.tick_rate);
-    let rest = (course.rest * settings.tick_rate) as u64;
-    let cycles = rest + (course.duration * settings.tick_rate) as u64;
-    let mut trace = Trace::with_room(period, (cycles / divider) as usize);
-    let mut off = 0.0;
-    for cycle in 0..cycles {
-        let order = order(&course.drive, &mut setpoints, cycle.checked_sub(rest).map(|cycle| cycle as f64 * dt));
+    let observes = matches!(tick.law, Law::Bristle(_) | Law::Admittance(_));
+    let bench = FastBench::new(&plant, tick, settings, control_divider, seed)?;
+    Ok(Some((bench, Run { role, plant, settings: *settings, observes, course })))
+}
+
+/// Follows runs that started beside each other, each to its end, with the same numbers as alone.
+pub(super) fn follow<T: LaneNumber>(mut bench: FastBench<T>, runs: &[&Run]) -> Vec<Trace> {
+    let mut lanes: Vec<Lane<'_>> = runs.iter().enumerate().map(|(lane, run)| Lane::new(lane, run)).collect();
+    let mut orders = Order { render: T::of(1.0), ..Order::default() };
+    for cycle in 0..lanes.iter().map(|lane| lane.cycles).max().unwrap_or(0) {
+        let mut any = false;
+        for lane in lanes.iter_mut().filter(|lane| cycle < lane.cycles) {
+            any = true;
+            lane.before(cycle, bench.true_state(), &mut orders);
+        }
+        if !any {
+            break;
+        }
+        let output = bench.tick(orders);
+        for lane in lanes.iter_mut().filter(|lane| cycle < lane.cycles) {
+            lane.after(cycle, bench.true_state(), output.estimated_velocity);
+        }
+    }
+    lanes.into_iter().map(Lane::trace).collect()
+}
+
+/// A run in its lane.
+struct Lane<'a> {
+    lane: usize,
+    run: &'a Run,
+    setpoints: Option<Generator<'a>>,
+    dt: f64,
+    divider: u64,
+    rest: u64,
+    /// Ticks in all; at its end, those until then.
+    cycles: u64,
+    order: Order<f64>,
+    /// Twist of the arm before the tick [rad].
+    carried: f64,
+    /// Sum of squared errors of the law's velocity.
+    off: f64,
+    trace: Trace,
+}
+
+impl<'a> Lane<'a> {
+    fn new(lane: usize, run: &'a Run) -> Self {
+        let Run { settings, course, .. } = run;
+        let (dt, divider) = (settings.tick_time(), settings.divider());
+        let rest = (course.rest * settings.tick_rate) as u64;
+        let cycles = rest + (course.duration * settings.tick_rate) as u64;
+        Lane {
+            lane,
+            run,
+            setpoints: course.drive.setpoints(settings.tick_rate),
+            dt,
+            divider,
+            rest,
+            cycles,
+            order: Order::default(),
+            carried: 0.0,
+            off: 0.0,
+            trace: Trace::with_room(dt * divider as f64, (cycles / divider) as usize),
+        }
+    }
+
+    /// Its order for a tick.
+    fn before<T: LaneNumber>(&mut self, cycle: u64, truth: &BenchState<T>, orders: &mut Order<T>) {
+        let time = cycle.checked_sub(self.rest).map(|cycle| cycle as f64 * self.dt);
+        self.order = order(&self.run.course.drive, &mut self.setpoints, time);
+        let put = |all: &mut T, value| *all = all.with_lane(self.lane, value);
+        put(&mut orders.control, self.order.control);
+        put(&mut orders.added_torque, self.order.added_torque);
+        put(&mut orders.reference.position, self.order.reference.position);
+        put(&mut orders.reference.velocity, self.order.reference.velocity);
+        put(&mut orders.reference.acceleration, self.order.reference.acceleration);
         // The software's state of an arm after a tick is that at its start; without an arm there is no twist.
-        let carried = if plant.arm == Arm::Nothing { 0.0 } else { bench.true_state().plant.machine.arm_twist };
-        let output = bench.tick(order);
-        if (cycle + 1) % divider != 0 {
-            continue;
+        let has_arm = self.run.plant.arm != Arm::Nothing;
+        self.carried = if has_arm { truth.plant.machine.arm_twist.lane(self.lane) } else { 0.0 };
+    }
+
+    /// Adds the state after a tick to the trace; ends on a fault or where the scenario is over.
+    fn after<T: LaneNumber>(&mut self, cycle: u64, truth: &BenchState<T>, estimated_velocity: T) {
+        if !(cycle + 1).is_multiple_of(self.divider) {
+            return;
         }
-        let truth = bench.true_state();
-        let parts = &truth.plant.machine;
-        let expected = match tick.law {
-            Law::Bristle(_) | Law::Admittance(_) => truth.tick.law.observer.drive.velocity,
-            _ => output.estimated_velocity,
-        };
-        off += (expected - parts.velocity).powi(2);
-        trace.push(parts, plant.load_motor.winding.torque_constant);
-        trace.reference.push(order.reference.position);
-        trace.arm_twist.push(if role == Role::Rendered { truth.tick.arm.twist } else { carried });
+        let Run { role, plant, settings, observes, course } = self.run;
+        let of = |value: T| value.lane(self.lane);
+        let (parts, law) = (&truth.plant.machine, &truth.tick.law.observer.drive);
+        let (angle, velocity) = (of(parts.angle), of(parts.velocity));
+        let expected = of(if *observes { law.velocity } else { estimated_velocity });
+        self.off += (expected - velocity).powi(2);
+        let Trace { felt_torque, resisting_torque, load_torque, arm_twist, .. } = &mut self.trace;
+        felt_torque.push(of(parts.motor_torque) - of(parts.motor_resistance) - of(parts.lost_torque));
+        let load = of(parts.load_current) * plant.load_motor.winding.torque_constant;
+        resisting_torque.push(of(parts.load_resistance) - of(parts.lost_torque) + load);
+        load_torque.push(load);
+        arm_twist.push(if *role == Role::Rendered { of(truth.tick.arm.twist) } else { self.carried });
+        self.trace.angle.push(angle);
+        let Order { reference, control, .. } = self.order;
+        self.trace.reference.push(reference.position);
         // A fault of the supervision of a bench; written so that NaN is a fault.
-        let following =
-            order.control < 0.5 || (order.reference.position - parts.angle).abs() <= settings.safety.following_error;
-        if !(following && parts.velocity.abs() <= settings.safety.speed) {
-            trace.stable = false;
-            break;
-        }
-        if course.drive.is_over(parts.angle) {
-            break;
+        let following = control < 0.5 || (reference.position - angle).abs() <= settings.safety.following_error;
+        self.trace.stable = following && velocity.abs() <= settings.safety.speed;
+        if !self.trace.stable || course.drive.is_over(angle) {
+            self.cycles = cycle;
         }
     }
-    trace.velocity_error = libm::sqrt(off / (trace.angle.len() as f64).max(1.0));
-    Ok(trace)
+
+    fn trace(mut self) -> Trace {
+        self.trace.velocity_error = libm::sqrt(self.off / (self.trace.angle.len() as f64).max(1.0));
+        self.trace
+    }
 }
 
 /// The software of a machine in its role, the controller of the scenario due every `control_divider` ticks.
@@ -137,15 +232,6 @@ impl Trace {
             velocity_error: 0.0,
             stable: true,
         }
-    }
-
-    /// Adds angle and torques of the machine, whose load motor has this torque constant [N m/A].
-    fn push(&mut self, parts: &MachineState<f64>, torque_constant: f64) {
-        self.angle.push(parts.angle);
-        self.felt_torque.push(parts.motor_torque - parts.motor_resistance - parts.lost_torque);
-        let load_torque = parts.load_current * torque_constant;
-        self.resisting_torque.push(parts.load_resistance - parts.lost_torque + load_torque);
-        self.load_torque.push(load_torque);
     }
 
     /// Chatter of the load motor: root mean square of its torque's change from sample to sample [N m].

@@ -10,9 +10,9 @@ use stickslip_core::control::{Cascade, Pid};
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
 use stickslip_core::supervise::Fault;
 
+use super::PROGRAM;
 use super::loaded::Loaded;
-use super::run::run;
-use super::{Manoeuvre, PROGRAM};
+use super::run::{Lane, run_in_lanes};
 use stickslip_base::parameters::{self, presets};
 use stickslip_base::preset::{
     CompensationChoice, ControllerChoice, FilterChoice, Observation, Preset, ShaperChoice, StateFeedback,
@@ -197,18 +197,12 @@ impl Entrant {
         Ok(Entrant { name: name.into(), source: Source::Loaded(loaded) })
     }
 
-    /// Runs a manoeuvre on `preset`, the result of [`on`](Self::on); `None` where the run failed.
-    pub(super) fn run(
-        &self,
-        preset: &Preset<f64>,
-        manoeuvre: Manoeuvre,
-        seed: u64,
-        chance: f64,
-        watch: &Watch,
-    ) -> Result<Option<Course>, Error> {
+    /// Runs on presets that are results of [`on`](Self::on), side by side where it is built in; `None` where a run
+    /// failed.
+    pub(super) fn run(&self, lanes: &[Lane<'_>], watch: &Watch) -> Result<Vec<Option<Course>>, Error> {
         match &self.source {
-            Source::Loaded(loaded) => loaded.run(preset, manoeuvre, seed, chance, watch),
-            Source::House(_) | Source::File(_) => run(preset, manoeuvre, seed, chance, watch),
+            Source::Loaded(loaded) => lanes.iter().map(|lane| loaded.run(lane, watch)).collect(),
+            Source::House(_) | Source::File(_) => run_in_lanes(lanes, watch)?.into_iter().collect(),
         }
     }
 

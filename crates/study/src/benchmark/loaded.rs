@@ -7,9 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use stickslip_core::control::AxisControlInput;
 use stickslip_core::supervise::Fault;
 
-use super::Manoeuvre;
-use super::run::run_with;
-use stickslip_base::preset::Preset;
+use super::run::{Lane, run_with};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::external::{External, ExternalFile, read};
 use stickslip_simulate::manoeuvre::Course;
@@ -52,21 +50,14 @@ impl Loaded {
     }
 
     /// Runs it; `None` where it, or the bench, failed.
-    pub(super) fn run(
-        &self,
-        preset: &Preset<f64>,
-        manoeuvre: Manoeuvre,
-        seed: u64,
-        chance: f64,
-        watch: &Watch,
-    ) -> Result<Option<Course>, Error> {
+    pub(super) fn run(&self, lane: &Lane<'_>, watch: &Watch) -> Result<Option<Course>, Error> {
         let Opened { file, idle, fault, .. } = &*self.0;
         let instance = lock(idle).pop();
         let mut external = match instance {
             Some(external) => external,
             None => file.open(Path::new(""), &mut |_| {})?,
         };
-        let settings = &preset.bench;
+        let settings = &lane.preset.bench;
         let start = external.begin(settings.control_period(), settings.controller.torque_limit());
         let mut failed = start.err();
         let mut course = None;
@@ -78,7 +69,7 @@ impl Loaded {
                 failed = stepped.err();
                 stepped.ok()
             };
-            course = run_with(preset, manoeuvre, seed, chance, &mut torque, watch)?;
+            course = run_with(*lane, &mut torque, watch)?;
         }
         match failed {
             // A failed instance is not used again.

@@ -22,7 +22,7 @@ mod study;
 pub use entrant::{Entrant, HOUSE, entrants};
 pub use friction::{FRICTIONS, FrictionCase, VARIATIONS, Variation};
 pub use rank::{Ranked, rank};
-pub use run::{run_in_lanes, simulated_time};
+pub use run::{Lane, run_in_lanes, simulated_time};
 pub use served::{BENCH, EntrantOnBench, Follow, run_on_bench};
 pub use stickslip_simulate::manoeuvre::{MANOEUVRES, Manoeuvre, Measure};
 pub use study::{CellResult, Outcome, Plan, run_plan};

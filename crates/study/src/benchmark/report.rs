@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{BENCH, CellResult, Entrant, Manoeuvre, Outcome, Ranked, VARIATIONS, rank};
+use super::{BENCH, CellResult, Entrant, Lane, Manoeuvre, Outcome, Ranked, VARIATIONS, rank};
 use stickslip_base::figure::{Axis, Figure, Role, Series, panels};
 use stickslip_base::preset::ControllerChoice;
 use stickslip_base::quantity::{Estimate, number, tied};
@@ -225,8 +225,8 @@ impl Outcome {
             for (index, name) in names.into_iter().enumerate() {
                 let Some(entrant) = self.plan.entrants.iter().find(|entrant| entrant.name == *name) else { continue };
                 let preset = entrant.on(&friction.on(&self.plan.preset), self.controller(entrant));
-                let course = entrant.run(&preset, Manoeuvre::Reversal, 1, 0.5, &Watch::silent())?;
-                let Some(course) = course else { continue };
+                let lane = Lane { preset: &preset, manoeuvre: Manoeuvre::Reversal, seed: 1, chance: 0.5 };
+                let Some(course) = entrant.run(&[lane], &Watch::silent())?.pop().flatten() else { continue };
                 let points =
                     course.deviation.iter().enumerate().map(|(k, e)| (k as f64 * course.period - REVERSAL, 1e3 * e));
                 let near = points.filter(|(time, _)| (AROUND[0]..AROUND[1]).contains(time));

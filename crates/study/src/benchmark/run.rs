@@ -1,102 +1,75 @@
 //! One entrant in one manoeuvre, on one machine or on several side by side.
 
-use stickslip_core::control::reference::{Generator, Setpoint};
+use stickslip_core::control::reference::{Generator, Reference, Setpoint};
 use stickslip_core::tick::{Order, Tick};
 
 use super::Manoeuvre;
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
 use stickslip_design::software;
-use stickslip_simulate::fast_bench::{FastBench, LANES, LaneNumber};
+use stickslip_simulate::fast_bench::{FastBench, LANES, LaneNumber, vectors};
 use stickslip_simulate::manoeuvre::Course;
 use stickslip_simulate::simulation::{DelayedTorque, Sample, sample};
 
 /// Time at rest before the manoeuvre [s].
 const REST: f64 = 0.3;
-/// With fewer lanes, one run after the other is faster.
-const WORTH_LANES: usize = 3;
 
-/// Runs a manoeuvre; `None` where the supervision of a bench would stop it.
-pub(crate) fn run(
-    preset: &Preset<f64>,
-    manoeuvre: Manoeuvre,
-    seed: u64,
-    chance: f64,
-    watch: &Watch,
-) -> Result<Option<Course>, Error> {
-    let (bench, run) = Run::new(preset, manoeuvre, seed, chance)?;
-    Ok(follow(bench, &mut [run], None, watch)?.pop().flatten())
+/// One run: a machine in a manoeuvre.
+#[derive(Clone, Copy, Debug)]
+pub struct Lane<'a> {
+    /// The machine with its software.
+    pub preset: &'a Preset<f64>,
+    /// The manoeuvre.
+    pub manoeuvre: Manoeuvre,
+    /// Seed of the noise.
+    pub seed: u64,
+    /// Place of the set-point between two counts.
+    pub chance: f64,
 }
 
 /// Runs a manoeuvre with the torque of an external controller: from a sample to a torque [N m], or `None`, with which
 /// the run fails.
 pub(crate) fn run_with(
-    preset: &Preset<f64>,
-    manoeuvre: Manoeuvre,
-    seed: u64,
-    chance: f64,
+    lane: Lane<'_>,
     controller: &mut dyn FnMut(&Sample) -> Option<f64>,
     watch: &Watch,
 ) -> Result<Option<Course>, Error> {
-    let (bench, run) = Run::new(preset, manoeuvre, seed, chance)?;
-    let (tick, divider, dt) = (run.tick, preset.bench.divider(), preset.bench.tick_time());
+    let (bench, run) = Run::new(lane)?;
+    let settings = &lane.preset.bench;
+    let (tick, divider, dt) = (run.tick, settings.divider(), settings.tick_time());
     let mut brought = DelayedTorque::default();
     let mut torque = |bench: &FastBench, cycle: u64, reference: Setpoint<f64>| {
         let read = || controller(&sample(&tick, bench, cycle as f64 * dt, reference)).ok_or(());
         brought.torque(cycle, divider, read).ok()
     };
-    Ok(follow(bench, &mut [run], Some(&mut torque), watch)?.pop().flatten())
+    Ok(follow(bench, &[run], Some(&mut torque), watch)?.pop().flatten())
 }
 
-/// Runs a manoeuvre on several machines, with the same numbers as `run`. A refused machine has an error of its own.
+/// Runs side by side, each with the same numbers as alone: `None` where the supervision of a bench would stop it. A
+/// refused machine has an error of its own.
 ///
 /// # Errors
 /// [`Error::Cancelled`] alone.
-pub fn run_in_lanes(
-    presets: &[&Preset<f64>],
-    manoeuvre: Manoeuvre,
-    seed: u64,
-    chance: f64,
-    watch: &Watch,
-) -> Result<Vec<Result<Option<Course>, Error>>, Error> {
-    let mut results: Vec<Result<Option<Course>, Error>> = Vec::with_capacity(presets.len());
-    let mut waiting = Vec::new();
-    for (index, preset) in presets.iter().enumerate() {
-        match Run::new(preset, manoeuvre, seed, chance) {
-            Ok((bench, run)) => {
-                waiting.push((index, bench, run));
-                results.push(Ok(None));
-            }
-            Err(error) => results.push(Err(error)),
-        }
+pub fn run_in_lanes(lanes: &[Lane<'_>], watch: &Watch) -> Result<Vec<Result<Option<Course>, Error>>, Error> {
+    let mut results: Vec<Result<Option<Course>, Error>> = Vec::with_capacity(lanes.len());
+    let (mut places, mut started) = (Vec::new(), Vec::new());
+    for (place, lane) in lanes.iter().enumerate() {
+        results.push(Run::new(*lane).map(|run| {
+            places.push(place);
+            started.push(run);
+            None
+        }));
     }
-    while let Some((_, first, _)) = waiting.first() {
-        let like: FastBench = first.clone();
-        let (mut indices, mut benches, mut runs) = (Vec::new(), Vec::new(), Vec::new());
-        let mut others = Vec::new();
-        for (index, bench, run) in waiting {
-            if benches.len() < LANES && bench.beside(&like) {
-                indices.push(index);
-                benches.push(bench);
-                runs.push(run);
-            } else {
-                others.push((index, bench, run));
-            }
-        }
-        waiting = others;
-        let wide = if benches.len() < WORTH_LANES { None } else { FastBench::in_lanes(&benches) };
-        let courses = match wide {
-            Some(bench) => follow(bench, &mut runs, None, watch)?,
-            None => {
-                let mut each = Vec::new();
-                for (bench, run) in benches.into_iter().zip(&mut runs) {
-                    each.append(&mut follow(bench, std::slice::from_mut(run), None, watch)?);
-                }
-                each
-            }
+    let benches: Vec<&FastBench> = started.iter().map(|(bench, _)| bench).collect();
+    for vector in vectors(&benches, LANES) {
+        let benches: Vec<FastBench> = vector.iter().map(|&index| started[index].0.clone()).collect();
+        let runs: Vec<Run<'_>> = vector.iter().map(|&index| started[index].1.clone()).collect();
+        let courses = match &benches[..] {
+            [alone] => follow(alone.clone(), &runs, None, watch)?,
+            _ => FastBench::in_lanes(&benches).map_or(Ok(Vec::new()), |wide| follow(wide, &runs, None, watch))?,
         };
-        for (index, course) in indices.into_iter().zip(courses) {
-            results[index] = Ok(course);
+        for (index, course) in vector.into_iter().zip(courses) {
+            results[places[index]] = Ok(course);
         }
     }
     Ok(results)
@@ -108,36 +81,33 @@ pub fn simulated_time(manoeuvre: Manoeuvre, preset: &Preset<f64>, chance: f64) -
 }
 
 /// Machine, set-points and limits of a run.
+#[derive(Clone)]
 struct Run<'a> {
     preset: &'a Preset<f64>,
     tick: Tick<f64>,
-    setpoints: Generator<'static>,
-    /// Ticks at rest, and ticks in all.
+    reference: Reference<f64>,
+    /// Ticks in a sample of the controller, ticks at rest, and ticks in all.
+    divider: u64,
     rest: u64,
     cycles: u64,
 }
 
 impl<'a> Run<'a> {
-    fn new(
-        preset: &'a Preset<f64>,
-        manoeuvre: Manoeuvre,
-        seed: u64,
-        chance: f64,
-    ) -> Result<(FastBench, Run<'a>), Error> {
+    fn new(lane: Lane<'a>) -> Result<(FastBench, Run<'a>), Error> {
+        let Lane { preset, manoeuvre, seed, chance } = lane;
         let settings = &preset.bench;
         let divider = settings.divider();
         let mut tick = software(&preset.model, settings)?;
         tick.law = stickslip_core::render::Law::Off;
         let bench = FastBench::new(&preset.plant, tick, settings, divider, seed)?;
         let (reference, duration) = manoeuvre.reference(preset, chance);
-        let setpoints = Generator::new(reference, settings.tick_rate);
         let in_samples = |time: f64| ((time / settings.control_period()).round() as u64) * divider;
         let rest = in_samples(REST);
-        Ok((bench, Run { preset, tick, setpoints, rest, cycles: rest + in_samples(duration) }))
+        Ok((bench, Run { preset, tick, reference, divider, rest, cycles: rest + in_samples(duration) }))
     }
 
     fn begins_sample(&self, cycle: u64) -> bool {
-        cycle >= self.rest && (cycle - self.rest).is_multiple_of(self.preset.bench.divider())
+        cycle >= self.rest && (cycle - self.rest).is_multiple_of(self.divider)
     }
 
     /// A NaN is outside.
@@ -147,18 +117,46 @@ impl<'a> Run<'a> {
     }
 }
 
+/// Set-points of runs with the same reference.
+struct Path {
+    reference: Reference<f64>,
+    /// Ticks at rest before.
+    rest: u64,
+    setpoints: Generator<'static>,
+    now: Setpoint<f64>,
+}
+
+impl Path {
+    /// The path of each run, and all paths.
+    fn of(runs: &[Run<'_>]) -> (Vec<usize>, Vec<Path>) {
+        let mut paths: Vec<Path> = Vec::new();
+        let place = |run: &Run<'_>| {
+            let (reference, rest, rate) = (run.reference, run.rest, run.preset.bench.tick_rate);
+            let setpoints = Generator::new(reference, rate);
+            // Runs side by side have the same tick rate.
+            let known = paths.iter().position(|path| path.reference == reference && path.rest == rest);
+            known.unwrap_or_else(|| {
+                paths.push(Path { reference, rest, setpoints, now: Setpoint::default() });
+                paths.len() - 1
+            })
+        };
+        (runs.iter().map(place).collect(), paths)
+    }
+}
+
 /// External torque in a tick [N m]; `None` fails every run.
 type Torque<'a, T> = &'a mut dyn FnMut(&FastBench<T>, u64, Setpoint<T>) -> Option<T>;
 
 /// Lets each lane follow its set-points to the end, or until it leaves its limits.
 fn follow<T: LaneNumber>(
     mut bench: FastBench<T>,
-    runs: &mut [Run<'_>],
+    runs: &[Run<'_>],
     mut torque: Option<Torque<'_, T>>,
     watch: &Watch,
 ) -> Result<Vec<Option<Course>>, Error> {
     let start = |run: &Run<'_>| Some(Course { period: run.preset.bench.control_period(), ..Course::default() });
     let mut courses: Vec<Option<Course>> = runs.iter().map(start).collect();
+    let (places, mut paths) = Path::of(runs);
     let mut order = Order { control: T::of(f64::from(u8::from(torque.is_none()))), ..Order::default() };
     for cycle in 0..runs.iter().map(|run| run.cycles).max().unwrap_or(0) {
         if cycle % 8192 == 0 {
@@ -166,16 +164,15 @@ fn follow<T: LaneNumber>(
         }
         // Before the tick: the true state for its set-point.
         let (angle, velocity) = (bench.true_state().plant.machine.angle, bench.true_state().plant.machine.velocity);
+        for path in paths.iter_mut().filter(|path| cycle >= path.rest) {
+            path.now = path.setpoints.next();
+        }
         let mut any = false;
-        for (lane, (run, course)) in runs.iter_mut().zip(&mut courses).enumerate() {
+        for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
             let Some(moving) = course.as_mut().filter(|_| cycle < run.cycles) else { continue };
-            let mut position = 0.0;
-            if cycle >= run.rest {
-                let setpoint = run.setpoints.next();
-                position = setpoint.position;
-                order.reference = with_lane(order.reference, lane, setpoint);
-            }
-            let (deviation, velocity) = (position - angle.lane(lane), velocity.lane(lane));
+            let setpoint = paths[places[lane]].now;
+            put(&mut order.reference, lane, setpoint);
+            let (deviation, velocity) = (setpoint.position - angle.lane(lane), velocity.lane(lane));
             if !run.is_within_limits(deviation, velocity) {
                 *course = None;
                 continue;
@@ -206,12 +203,10 @@ fn follow<T: LaneNumber>(
     Ok(courses)
 }
 
-fn with_lane<T: LaneNumber>(all: Setpoint<T>, lane: usize, one: Setpoint<f64>) -> Setpoint<T> {
-    Setpoint {
-        position: all.position.with_lane(lane, one.position),
-        velocity: all.velocity.with_lane(lane, one.velocity),
-        acceleration: all.acceleration.with_lane(lane, one.acceleration),
-    }
+fn put<T: LaneNumber>(all: &mut Setpoint<T>, lane: usize, one: Setpoint<f64>) {
+    all.position = all.position.with_lane(lane, one.position);
+    all.velocity = all.velocity.with_lane(lane, one.velocity);
+    all.acceleration = all.acceleration.with_lane(lane, one.acceleration);
 }
 
 #[cfg(test)]
@@ -237,11 +232,12 @@ mod tests {
     #[test]
     fn machines_side_by_side_have_the_same_numbers_as_alone() {
         let presets = spread("prototype");
-        let machines: Vec<_> = presets.iter().collect();
         for (manoeuvre, chance) in [(Manoeuvre::FastSine, 0.5), (Manoeuvre::Strokes, 0.3)] {
-            let together = run_in_lanes(&machines, manoeuvre, 2, chance, &Watch::silent()).unwrap();
+            let lane = |preset| Lane { preset, manoeuvre, seed: 2, chance };
+            let lanes: Vec<Lane<'_>> = presets.iter().map(lane).collect();
+            let together = run_in_lanes(&lanes, &Watch::silent()).unwrap();
             for (index, (together, preset)) in together.into_iter().zip(&presets).enumerate() {
-                let alone = run(preset, manoeuvre, 2, chance, &Watch::silent());
+                let alone = run_in_lanes(&[lane(preset)], &Watch::silent()).unwrap().remove(0);
                 assert_eq!(format!("{together:?}"), format!("{alone:?}"), "machine {index}");
                 match index {
                     5 => assert!(
@@ -259,12 +255,37 @@ mod tests {
     }
 
     #[test]
+    fn runs_of_any_seed_and_manoeuvre_share_lanes_with_the_same_numbers_as_alone() {
+        let presets = spread("clm-bench");
+        let lane = |k: usize| Lane {
+            preset: &presets[k % 2],
+            manoeuvre: [Manoeuvre::FastSine, Manoeuvre::Strokes][k % 3 % 2],
+            seed: 1 + (k / 2) as u64,
+            chance: 0.1 * k as f64,
+        };
+        let lanes: Vec<Lane<'_>> = (0..6).map(lane).collect();
+        let together = run_in_lanes(&lanes, &Watch::silent()).unwrap();
+        for (together, lane) in together.into_iter().zip(lanes) {
+            let (together, alone) = (together.unwrap(), run_in_lanes(&[lane], &Watch::silent()).unwrap().remove(0));
+            assert!(together == alone.unwrap() && together.is_some(), "{:?} with seed {}", lane.manoeuvre, lane.seed);
+        }
+    }
+
+    #[test]
     fn only_machines_that_differ_by_numbers_share_lanes() {
         let presets = spread("prototype");
-        let bench = |index: usize, seed: u64| Run::new(&presets[index], Manoeuvre::FastSine, seed, 0.5).unwrap().0;
+        let lane = |preset, seed| Lane { preset, manoeuvre: Manoeuvre::FastSine, seed, chance: 0.5 };
+        let bench = |index: usize, seed: u64| Run::new(lane(&presets[index], seed)).unwrap().0;
         assert!(bench(1, 2).beside(&bench(0, 2)));
         assert!(!bench(3, 2).beside(&bench(0, 2)), "another model of friction");
-        assert!(!bench(1, 3).beside(&bench(0, 2)), "another noise");
+        assert!(bench(1, 3).beside(&bench(0, 2)), "another noise");
+        let mut shaken = presets[0];
+        shaken.plant.tick_jitter = 25e-6;
+        let [one, other] = [2, 3].map(|seed| Run::new(lane(&shaken, seed)).unwrap().0);
+        assert!(one.beside(&one) && !other.beside(&one), "another noise, and other steps of its ticks");
+        let grouped = |most| vectors(&[0, 3, 1, 2, 0, 3].map(|k| bench(k, k as u64)).each_ref(), most);
+        assert_eq!(grouped(LANES), [vec![0, 2, 3, 4], vec![1], vec![5]], "two of a kind run alone");
+        assert_eq!(grouped(3), [vec![0, 2, 3], vec![1], vec![5], vec![4]]);
         let wide = |count: usize| FastBench::in_lanes(&vec![bench(0, 2); count]).is_some();
         assert_eq!([0, 1, LANES, LANES + 1].map(wide), [false, true, true, false]);
     }

@@ -1,15 +1,18 @@
-//! The whole benchmark: cell after cell, the runs of each on all threads.
+//! The whole benchmark: the runs of all cells, those of an entrant side by side.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
 
+use super::run::{Lane, simulated_time};
 use super::{Entrant, FRICTIONS, FrictionCase, MANOEUVRES, Manoeuvre, PROGRAM, VARIATIONS, Variation};
 use stickslip_base::parallel::map;
 use stickslip_base::preset::{ControllerChoice, Preset};
 use stickslip_base::{Error, Watch, output, parameters};
+use stickslip_simulate::fast_bench::LANES;
 use stickslip_simulate::manoeuvre::Course;
 
 /// Plan of a benchmark.
@@ -155,21 +158,123 @@ pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Er
     output::create_folder(folder)?;
     // All frictions share machine and bristles; the controllers are tuned for the nominal friction.
     let tuned = tune_all(plan, &FRICTIONS[1], folder, watch)?;
-    let mut outcome = Outcome { plan: plan.clone(), cells: Vec::new(), tuned, courses: Vec::new(), complete: true };
-    let cells = plan.cells();
-    let total: usize = cells.iter().map(|cell| plan.runs(cell).len()).sum();
-    let done = AtomicUsize::new(0);
-    for cell in &cells {
-        match result(plan, cell, &outcome.tuned, folder, (&done, total), watch) {
-            Ok(result) => outcome.cells.push(result),
-            Err(Error::Cancelled) if !outcome.cells.is_empty() => {
-                outcome.complete = false;
-                break;
-            }
-            Err(error) => return Err(error),
+    let cells: Vec<Open> = plan.cells().iter().map(|cell| Open::new(plan, cell, &tuned, folder)).collect();
+    let total: usize = cells.iter().map(|cell| cell.runs.len()).sum();
+    let reused: usize = cells.iter().filter(|cell| cell.is_finished()).map(|cell| cell.runs.len()).sum();
+    let (done, open) = (AtomicUsize::new(reused), Mutex::new(cells.clone()));
+    let run = |vector: &Vec<(usize, usize)>| -> Result<(), Error> {
+        let lane = |&(cell, run): &(usize, usize)| cells[cell].lane(run);
+        let (lanes, entrant) =
+            (vector.iter().map(lane).collect::<Vec<_>>(), &plan.entrants[cells[vector[0].0].cell.entrant]);
+        let courses = entrant.run(&lanes, watch)?;
+        for ((&(cell, run), lane), course) in vector.iter().zip(&lanes).zip(courses) {
+            let values = course.map(|course| judged(lane.manoeuvre, &course, lane.preset, lane.chance));
+            let finished = {
+                let mut open = open.lock().expect("no thread panics with the lock");
+                open[cell].values[run] = Some(values);
+                open[cell].is_finished().then(|| open[cell].clone())
+            };
+            finished.map_or(Ok(()), |cell| cell.write(plan))?;
+        }
+        let done = done.fetch_add(vector.len(), Ordering::Relaxed) + vector.len();
+        watch.stage(&format!("{}, {}", entrant.name, lanes[0].manoeuvre.name()), done as f64 / total as f64)
+    };
+    let ended = map(&vectors(plan, &cells), plan.threads, run);
+    let cells: Vec<CellResult> = open
+        .into_inner()
+        .expect("all threads have ended")
+        .iter()
+        .filter(|cell| cell.is_finished())
+        .map(|cell| cell.result(plan))
+        .collect();
+    let complete = ended.is_ok();
+    match ended {
+        Err(error) if cells.is_empty() || !matches!(error, Error::Cancelled) => Err(error),
+        _ => Ok(Outcome { plan: plan.clone(), cells, tuned, courses: Vec::new(), complete }),
+    }
+}
+
+/// The missing runs, as cell and run: those of an entrant together, as many as run side by side, similar durations in a
+/// vector.
+fn vectors(plan: &Plan, cells: &[Open]) -> Vec<Vec<(usize, usize)>> {
+    let mut vectors = Vec::new();
+    let missing = |&(cell, run): &(usize, usize)| cells[cell].values[run].is_none();
+    let of = |cell: usize| (0..cells[cell].runs.len()).map(move |run| (cell, run)).filter(missing);
+    let total = (0..cells.len()).flat_map(of).count();
+    // No idle threads with few runs.
+    let most = total.div_ceil(plan.threads.max(1)).clamp(1, LANES);
+    for entrant in 0..plan.entrants.len() {
+        let mut runs: Vec<_> =
+            (0..cells.len()).filter(|&cell| cells[cell].cell.entrant == entrant).flat_map(of).collect();
+        let order = |&(cell, run): &(usize, usize)| {
+            let Lane { preset, manoeuvre, seed, chance } = cells[cell].lane(run);
+            // The longest first; neighbours of the same seed share their noise.
+            (std::cmp::Reverse((simulated_time(manoeuvre, preset, chance) * 1e3) as u64), seed)
+        };
+        runs.sort_by_cached_key(order);
+        vectors.extend(runs.chunks(most).map(<[_]>::to_vec));
+    }
+    vectors
+}
+
+/// Values of a run; `None` where it failed.
+type Values = Option<Vec<Option<f64>>>;
+
+/// A cell in progress.
+#[derive(Clone)]
+struct Open {
+    cell: Cell,
+    preset: Preset<f64>,
+    runs: Vec<(Manoeuvre, u64, f64)>,
+    /// For each run its values; `None` before.
+    values: Vec<Option<Values>>,
+    follows_from: String,
+    path: PathBuf,
+}
+
+impl Open {
+    /// A cell with the results of its file, if any.
+    fn new(plan: &Plan, cell: &Cell, tuned: &[(&'static str, ControllerChoice<f64>)], folder: &Path) -> Self {
+        let entrant = &plan.entrants[cell.entrant];
+        let of = |name| tuned.iter().find(|(other, _)| *other == name).map(|(_, controller)| *controller);
+        let controller = entrant.tuned_as().and_then(of);
+        // A hold that uses the modelled breakaway torque uses the varied model.
+        let preset = entrant.on(&cell.variation.of(&cell.friction.on(&plan.preset)), controller);
+        let runs = plan.runs(cell);
+        let follows_from =
+            format!("{PROGRAM}\n{runs:?}\n{}{}", entrant.follows_from(), parameters::write_commented(&preset));
+        let path = folder.join(file_name(&format!("{} {} {}", entrant.name, cell.friction.name, cell.variation.name)));
+        let values = match read_result(&path, &follows_from) {
+            Some(result) => result.runs.into_iter().map(|(_, values)| Some(values)).collect(),
+            None => vec![None; runs.len()],
+        };
+        Open { cell: *cell, preset, runs, values, follows_from, path }
+    }
+
+    fn lane(&self, run: usize) -> Lane<'_> {
+        let (manoeuvre, seed, chance) = self.runs[run];
+        Lane { preset: &self.preset, manoeuvre, seed, chance }
+    }
+
+    fn is_finished(&self) -> bool {
+        self.values.iter().all(Option::is_some)
+    }
+
+    /// The result of a finished cell.
+    fn result(&self, plan: &Plan) -> CellResult {
+        let values = self.values.iter().map(|values| values.clone().flatten());
+        CellResult {
+            entrant: plan.entrants[self.cell.entrant].name.clone(),
+            friction: self.cell.friction.name.into(),
+            variation: self.cell.variation.name.into(),
+            runs: self.runs.iter().map(|(manoeuvre, ..)| manoeuvre.name().to_owned()).zip(values).collect(),
+            follows_from: self.follows_from.clone(),
         }
     }
-    Ok(outcome)
+
+    fn write(&self, plan: &Plan) -> Result<(), Error> {
+        output::write(&self.path, serde_json::to_string(&self.result(plan)).expect("strings and numbers"))
+    }
 }
 
 /// Tunes the built-in controllers of the plan on the machine with this friction.
@@ -185,46 +290,6 @@ pub(super) fn tune_all(
     let preset = friction.on(&plan.preset);
     let tune = |name: &&'static str| Ok((*name, Entrant::tuned(name, &preset, folder, watch)?));
     map(&names, plan.threads, tune)
-}
-
-/// A cell's result, from its file or from its runs.
-fn result(
-    plan: &Plan,
-    cell: &Cell,
-    tuned: &[(&'static str, ControllerChoice<f64>)],
-    folder: &Path,
-    (done, total): (&AtomicUsize, usize),
-    watch: &Watch,
-) -> Result<CellResult, Error> {
-    let entrant = &plan.entrants[cell.entrant];
-    let of = |name| tuned.iter().find(|(other, _)| *other == name).map(|(_, controller)| *controller);
-    let controller = entrant.tuned_as().and_then(of);
-    // A hold that uses the modelled breakaway torque uses the varied model.
-    let preset = entrant.on(&cell.variation.of(&cell.friction.on(&plan.preset)), controller);
-    let runs = plan.runs(cell);
-    let follows_from =
-        format!("{PROGRAM}\n{runs:?}\n{}{}", entrant.follows_from(), parameters::write_commented(&preset));
-    let path = folder.join(file_name(&format!("{} {} {}", entrant.name, cell.friction.name, cell.variation.name)));
-    let stage = format!("{}, {} friction, {}", entrant.name, cell.friction.name, cell.variation.name);
-    if let Some(result) = read_result(&path, &follows_from) {
-        done.fetch_add(runs.len(), Ordering::Relaxed);
-        return Ok(result);
-    }
-    let values = map(&runs, plan.threads, |&(manoeuvre, seed, chance)| {
-        let course = entrant.run(&preset, manoeuvre, seed, chance, watch)?;
-        watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64)?;
-        Ok((manoeuvre.name().to_owned(), course.map(|course| judged(manoeuvre, &course, &preset, chance))))
-    })?;
-    let result = CellResult {
-        entrant: entrant.name.clone(),
-        friction: cell.friction.name.into(),
-        variation: cell.variation.name.into(),
-        runs: values,
-        follows_from,
-    };
-    let text = serde_json::to_string(&result).expect("strings and numbers");
-    output::write(&path, text)?;
-    Ok(result)
 }
 
 /// The numbers of a run; none where a number is undefined.

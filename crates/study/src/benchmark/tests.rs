@@ -114,12 +114,13 @@ fn external_matrices_are_judged_like_the_equal_controller() {
 #[test]
 fn finished_cells_are_reused_unless_an_input_differs() {
     let folder = tempfile::tempdir().unwrap();
-    let mut plan = Plan { variations: Vec::new(), manoeuvres: vec![Manoeuvre::FastSine], ..plan(folder.path()) };
+    let manoeuvres = vec![Manoeuvre::FastSine];
+    let mut plan = Plan { variations: Vec::new(), manoeuvres, threads: 1, ..plan(folder.path()) };
     let cells = folder.path().join("cells");
-    // Cancelled after the first entrant.
+    // Cancelled after the runs of the first entrant.
     let cancelled = Arc::new(AtomicBool::new(false));
     let stop = cancelled.clone();
-    let watch = Watch::new(cancelled, move |stage, _| stop.store(stage.contains("feedforward"), Ordering::Relaxed));
+    let watch = Watch::new(cancelled, move |stage, _| stop.store(stage.contains("nothing"), Ordering::Relaxed));
     let partial = run_plan(&plan, &cells, &watch).unwrap();
     assert!(!partial.complete && partial.cells.len() == 1);
     // A mark in the stored file shows that it is reused.

@@ -229,13 +229,13 @@ fn without_its_wheel_a_bed_has_its_modelled_friction() {
 }
 
 #[test]
-fn results_do_not_depend_on_the_number_of_threads() {
+fn results_do_not_depend_on_the_number_of_threads_nor_on_neighbours_in_a_vector() {
     let cell = cell(true, Mismatch::REAL);
     let run = |threads| {
         let watch = Watch::silent();
         Runs::simulate(&cell, Role::Own, &[Scenario::SINE_2HZ, Scenario::BREAKAWAY], &[1, 2], threads, &watch).unwrap()
     };
-    // Not `assert_eq!`: its message would print the traces.
+    // With one thread all four are in a vector, with three each is alone. Not `assert_eq!`: it would print the traces.
     let [one, three] = [run(1), run(3)];
     assert!(one.traces == three.traces, "the runs differ");
     assert!(one.traces[0][0] != one.traces[0][1], "another seed is another run");
