@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use multiversion::multiversion;
 use stickslip_core::friction::{Bend, DampingVelocity, Decay, Fading, LuGre, Stribeck, advance};
 use stickslip_core::scalar::{Mask, Scalar};
 
@@ -92,9 +93,10 @@ impl<T: Scalar> AxisModel<T> {
         }
     }
 
-    /// One sub-step of `dt` [s] under a drive force; `kick` is dt/M, `hold` M/dt.
+    /// One sub-step under a drive force.
     #[inline(always)]
-    fn advance(&self, axis: AxisState<T>, force: T, dt: T, kick: T, hold: T) -> AxisState<T> {
+    fn advance(&self, axis: AxisState<T>, force: T, step: &Step<T>) -> AxisState<T> {
+        let Step { dt, kick, hold, .. } = *step;
         let AxisState { position, velocity, deflection } = axis;
         let moving = self.side(velocity);
         let free = force - self.offset - moving.viscous_friction * velocity;
@@ -111,6 +113,36 @@ impl<T: Scalar> AxisModel<T> {
         };
         let next = velocity + kick * (free - friction);
         AxisState { position: position + T::of(0.5) * dt * (velocity + next), velocity: next, deflection }
+    }
+}
+
+/// Numbers of a sub-step.
+#[derive(Clone, Copy)]
+struct Step<T> {
+    /// Duration [s].
+    dt: T,
+    /// dt/M.
+    kick: T,
+    /// M/dt.
+    hold: T,
+    /// Share by which the drive approaches its command.
+    approach: T,
+}
+
+/// Steps of axis and drive under a force. The width of the vectors, for the derivatives of dual numbers, is chosen at run
+/// time for the processor; the bits are the same.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn take<T: Scalar>(
+    model: &AxisModel<T>,
+    axis: &mut AxisState<T>,
+    drive: &mut T,
+    force: T,
+    steps: usize,
+    step: &Step<T>,
+) {
+    for _ in 0..steps {
+        *drive = *drive + step.approach * (force - *drive);
+        *axis = model.advance(*axis, *drive, step);
     }
 }
 
@@ -185,7 +217,7 @@ impl<'a> Loop<'a> {
         let Cascade { position_gain, velocity_gain, limit } = self.controller;
         let dt = T::of(self.signals.period / self.sub_steps as f64);
         let approach = T::of(1.0) - (-(dt / model.lag)).exp();
-        let (kick, hold) = (dt / model.inertia, model.inertia / dt);
+        let step = Step { dt, kick: dt / model.inertia, hold: model.inertia / dt, approach };
         let first = range.start;
         let (position, velocity) = (T::of(self.motion.position[first]), T::of(self.motion.velocity[first]));
         let mut axis = AxisState { position, velocity, deflection: model.steady_deflection(velocity) };
@@ -206,10 +238,7 @@ impl<'a> Loop<'a> {
             before = [axis.position, before[0]];
             let injected = self.signals.injected.as_ref().map_or(0.0, |w| w[i]);
             let force = T::of(self.gain) * (command + T::of(injected));
-            for _ in 0..self.sub_steps {
-                drive = drive + approach * (force - drive);
-                axis = model.advance(axis, drive, dt, kick, hold);
-            }
+            take(model, &mut axis, &mut drive, force, self.sub_steps, &step);
         }
         Ok(run)
     }
