@@ -4,6 +4,7 @@ use crate::DesignError;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
 use super::{finite, square};
+use crate::linear::size;
 use stickslip_base::Error;
 
 /// Squarings until a radius is known to rounding: ‖Aⁿ‖^(1/n) with n = 2⁵⁰.
@@ -41,19 +42,19 @@ pub fn discrete_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatrix<f
         let remedy = "The noise covariance must have the system's order.";
         return Err(Error::Dimension { what: "the noise covariance", found: order, expected, remedy });
     }
-    let spectral_radius = spectral_radius(a)?;
-    // Closer to 1 the sum has no valid digits.
-    let limit = 1.0 - 1e-12;
-    if spectral_radius >= limit {
-        let remedy = "Choose stable poles, or remove the integrating state.";
-        return Err(DesignError::Unstable { spectral_radius, limit, remedy }.into());
-    }
     let failed = || Error::NotSolvable {
         what: "the stationary covariance",
         remedy: "Scale the states so that their numbers are of similar size.",
     };
     let complex = |matrix: &DMatrix<f64>| matrix.map(|value| Complex::new(value, 0.0));
     let (u, t) = Schur::try_new(complex(a), f64::EPSILON, SWEEPS * expected).ok_or_else(failed)?.unpack();
+    let spectral_radius = t.diagonal().iter().map(|&pole| size(pole)).fold(0.0, f64::max);
+    // Closer to 1 the sum has no valid digits.
+    let limit = 1.0 - 1e-12;
+    if spectral_radius >= limit {
+        let remedy = "Choose stable poles, or remove the integrating state.";
+        return Err(DesignError::Unstable { spectral_radius, limit, remedy }.into());
+    }
     let source = u.adjoint() * complex(q) * &u;
     let mut solution = DMatrix::zeros(expected, expected);
     for j in (0..expected).rev() {

@@ -7,6 +7,9 @@ use super::StateSpace;
 use super::spectrum::size;
 use stickslip_base::Error;
 
+/// Samples of a step response that are computed at once, as a power of two: C·Aᵏ·x for one x.
+const LEAP: usize = 5;
+
 impl StateSpace {
     /// From each input to each output at a complex frequency, s or z; `None` on a pole.
     pub fn at(&self, point: Complex<f64>) -> Option<DMatrix<Complex<f64>>> {
@@ -77,10 +80,30 @@ impl StateSpace {
     /// # Errors
     /// Errors of [`sampled`](Self::sampled).
     pub fn step_response(&self, count: usize, dt: f64) -> Result<Vec<f64>, Error> {
-        let mut unit = DVector::zeros(self.b.ncols());
-        unit[0] = 1.0;
         let sampled = if self.dt.is_some() { self.clone() } else { self.sampled(dt)? };
-        Ok(sampled.simulate(std::iter::repeat_n(unit, count)).iter().map(|y| y[0]).collect())
+        let order = self.order();
+        // The constant input as a last state: [x; 1]⁺ = [A b; 0 1]·[x; 1].
+        let mut flow = DMatrix::identity(order + 1, order + 1);
+        flow.view_mut((0, 0), (order, order)).copy_from(&sampled.a);
+        flow.view_mut((0, order), (order, 1)).copy_from(&sampled.b.column(0));
+        let mut outputs = DMatrix::zeros(1 << LEAP, order + 1);
+        outputs.view_mut((0, 0), (1, order)).copy_from(&sampled.c.row(0));
+        outputs[(0, order)] = sampled.d[(0, 0)];
+        for k in 1..outputs.nrows() {
+            let next = outputs.row(k - 1) * &flow;
+            outputs.row_mut(k).copy_from(&next);
+        }
+        for _ in 0..LEAP {
+            flow = &flow * &flow;
+        }
+        let mut state = DVector::zeros(order + 1);
+        state[order] = 1.0;
+        let mut answers = Vec::with_capacity(count);
+        while answers.len() < count {
+            answers.extend((&outputs * &state).iter().take(count - answers.len()));
+            state = &flow * state;
+        }
+        Ok(answers)
     }
 
     /// Responses to a unit impulse instead; that of a continuous system has unit area, and its direct share is left

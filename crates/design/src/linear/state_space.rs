@@ -1,6 +1,6 @@
 //! A linear system by its matrices.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use crate::{finite, sampling_time, square, zero_order_hold};
 use stickslip_base::Error;
@@ -175,18 +175,6 @@ impl StateSpace {
         }
         let covariance = crate::discrete_lyapunov(&self.a, &(&self.b * self.b.transpose()))?;
         Ok(&self.c * covariance * self.c.transpose())
-    }
-
-    /// The outputs, sample after sample, from rest under these inputs; continuous systems hold each over `dt` [s].
-    pub(super) fn simulate(&self, inputs: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
-        let mut state = DVector::zeros(self.order());
-        inputs
-            .map(|input| {
-                let output = &self.c * &state + &self.d * &input;
-                state = &self.a * &state + &self.b * &input;
-                output
-            })
-            .collect()
     }
 }
 

@@ -4,6 +4,7 @@
 //! bench and with the controller's sample of delay. A controller is analysed with a sliding and with a stuck load,
 //! where the bristles change the axis: a loop tuned for one alone may hunt in the other.
 
+mod price;
 #[cfg(test)]
 mod tests;
 mod tune;
@@ -203,32 +204,29 @@ impl PositionLoop {
     /// As [`StateSpace::poles`].
     pub fn quality(&self, model: &Model<f64>) -> Result<LoopQuality, Error> {
         let (gain, closed) = (self.gain()?, self.closed()?);
-        let noise_torque = self.noise_torque(&closed, model)?;
+        let stable = closed.is_stable()?;
+        let noise_torque = if stable { noise_torque(&closed, model)? } else { f64::INFINITY };
         let follows = closed.channel(0, 0)?;
         let frequencies = gain.frequencies()?;
         let response = follows.response(&frequencies);
         let low = |value: &Complex<f64>| size(*value) < std::f64::consts::FRAC_1_SQRT_2;
         let bandwidth = response.iter().position(low).map(|k| frequencies[k]);
-        let stable = closed.is_stable()?;
         Ok(LoopQuality { margins: gain.margins()?, stable, poles: closed.poles()?, bandwidth, noise_torque })
     }
+}
 
-    /// Noise of the commanded torque by counts and tacho [N m RMS].
-    fn noise_torque(&self, closed: &StateSpace, model: &Model<f64>) -> Result<f64, Error> {
-        if !closed.is_stable()? {
-            return Ok(f64::INFINITY);
-        }
-        // A moving load passes all angles between two counts: 1/12 of a count's square.
-        let count = TAU / model.encoder.counts_per_revolution / 12f64.sqrt();
-        let tacho = libm::hypot(model.tacho_noise, CONVERTER_NOISE) / model.scaling.tacho;
-        let mut noisy = closed.select(&[3, 4], &[1])?;
-        for (j, deviation) in [count, tacho].into_iter().enumerate() {
-            noisy.b.column_mut(j).scale_mut(deviation);
-            noisy.d.column_mut(j).scale_mut(deviation);
-        }
-        let direct: f64 = noisy.d.iter().map(|value| value * value).sum();
-        Ok(libm::sqrt(noisy.noise()?[0] + direct))
+/// Noise of the commanded torque of a stable closed loop by counts and tacho [N m RMS].
+fn noise_torque(closed: &StateSpace, model: &Model<f64>) -> Result<f64, Error> {
+    // A moving load passes all angles between two counts: 1/12 of a count's square.
+    let count = TAU / model.encoder.counts_per_revolution / 12f64.sqrt();
+    let tacho = libm::hypot(model.tacho_noise, CONVERTER_NOISE) / model.scaling.tacho;
+    let mut noisy = closed.select(&[3, 4], &[1])?;
+    for (j, deviation) in [count, tacho].into_iter().enumerate() {
+        noisy.b.column_mut(j).scale_mut(deviation);
+        noisy.d.column_mut(j).scale_mut(deviation);
     }
+    let direct: f64 = noisy.d.iter().map(|value| value * value).sum();
+    Ok(libm::sqrt(noisy.noise()?[0] + direct))
 }
 
 /// The corners of load inertia and coupling stiffness, with the load sliding and stuck, the worst first.
