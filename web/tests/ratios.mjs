@@ -18,7 +18,7 @@ const SCREENS = {
   'zoom 200 %': { deviceScaleFactor: 2, width: 720, height: 450 },
   phone: { deviceScaleFactor: 3, width: 390, height: 844, isMobile: true, hasTouch: true },
 }
-const PATHS = ['/', '/friction', '/design', '/controller', '/test', '/runs', '/scope']
+const PATHS = ['/', '/friction', '/design', '/controller', '/test', '/simulation', '/runs', '/scope']
 
 /** Notes the texts that are drawn on each canvas, with size and box in pixels of the canvas. */
 function note() {
@@ -52,6 +52,14 @@ function overlaps() {
     })
   }
   return pairs
+}
+
+/** Texts that are cut by the edge of their canvas. */
+function cutTexts() {
+  return [...window.drawn].flatMap(([canvas, drawn]) => {
+    const outside = ({ box }) => box.left < -1 || box.top < -1 || box.right > canvas.width + 1 || box.bottom > canvas.height + 1
+    return canvas.isConnected ? [...drawn.values()].filter(outside).map(({ text }) => `"${text}"`) : []
+  })
 }
 
 /** The sizes of all texts in canvases and drawings [px of the page]. */
@@ -102,6 +110,7 @@ await play(async (scene) => {
     const wrong = [...plots.filter(({ size }) => size < LEAST || size > MOST), ...texts.filter(({ drawing, size }) => drawing && size < LEAST_DRAWN)]
     assert.deepEqual(wrong.map(({ text, size }) => `"${text}" ${size.toFixed(1)} px`), [], where)
     assert.deepEqual(await page.evaluate(overlaps), [], `${where}: texts cover each other`)
+    assert.deepEqual(await page.evaluate(cutTexts), [], `${where}: texts cut by the edge of the plot`)
     if (where.endsWith('ratio 2')) assert.deepEqual(await page.evaluate(cutWords), [], `${where}: cut words`)
   }
   for (const [name, screen] of Object.entries(SCREENS))

@@ -8,8 +8,8 @@ import type { Changed, Item, Run, Simulated, Value } from '../protocol'
 export const PANES = [
   { title: 'Position', label: 'angle φ, rad', setpoint: 'setpoint.position', signals: ['angle'] },
   { title: 'Speed', label: 'speed Ω, rad/s', setpoint: 'setpoint.velocity', signals: ['software.estimated_velocity'] },
-  { title: 'Torque', label: 'drive torque M, N·m', setpoint: null, signals: ['software.commanded_torque'] },
-  { title: 'Load', label: 'load torque M, N·m', setpoint: null, signals: ['software.measured_load_torque'] },
+  { title: 'Torque', label: 'torque M, N·m', setpoint: null, signals: ['software.commanded_torque'] },
+  { title: 'Load', label: 'torque M, N·m', setpoint: null, signals: ['software.measured_load_torque'] },
 ] as const
 export const SIGNALS = PANES.flatMap(({ setpoint, signals }) => [...(setpoint ? [setpoint] : []), ...signals])
 /** Number of time intervals, about one per pixel. */
