@@ -174,7 +174,7 @@ def test_fidelity_equals_that_of_the_command_line(program, tmp_path):
 
 def test_results_are_written_as_the_command_line_writes_them(curve, tmp_path):
     written = curve.write(tmp_path)
-    assert {it.name for it in tmp_path.iterdir()} == {"curve.csv", "curve.parquet", "report.html", "report.json", "summary.json"}
+    assert {it.name for it in tmp_path.iterdir()} == {"curve.csv", "curve.parquet", "curve.svg", "report.html", "report.json", "summary.json"}
     assert json.loads((tmp_path / "summary.json").read_text())["command"] == "measure friction"
     assert dict(written) == dict(curve.summary)
     with pytest.raises(stickslip.FileError):

@@ -257,6 +257,20 @@ mod tests {
         }
     }
 
+    /// By peaks that are searched for, without the grid of the tuning.
+    fn meets_the_limits(controller: &ControllerChoice<f64>, preset: &Preset<f64>) {
+        let both = [Operating::Sliding(10.0), Operating::Stuck];
+        let controller = position_controller(controller, &preset.model, &preset.bench).unwrap();
+        for at in both {
+            let closes = PositionLoop::new(controller, &preset.model, &preset.bench, at).unwrap();
+            let quality = closes.quality(&preset.model).unwrap();
+            // A hundredth is the tolerance of the search.
+            assert!(quality.stable && quality.margins.sensitivity.value <= 1.01 * SENSITIVITY_LIMIT, "{quality:?}");
+        }
+        let worst = corners(controller, &preset.model, &preset.bench, &both).unwrap()[0];
+        assert!(worst.sensitivity <= 1.01 * CORNER_LIMIT, "{worst:?}");
+    }
+
     #[test]
     fn a_tuning_meets_all_limits_and_pid_and_cascade_have_similar_results() {
         let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
@@ -265,17 +279,8 @@ mod tests {
         let [one, other] =
             [ControllerChoice::Cascade(cascade), ControllerChoice::Pid(cascade_as_pid(&cascade))].map(tuned);
         let state_feedback = tuned(ControllerChoice::StateFeedback(StateFeedback::default()));
-        let both = [Operating::Sliding(10.0), Operating::Stuck];
         for tuned in [one, other, state_feedback] {
-            let controller = position_controller(&tuned.controller, &preset.model, &preset.bench).unwrap();
-            for at in both {
-                let closes = PositionLoop::new(controller, &preset.model, &preset.bench, at).unwrap();
-                let quality = closes.quality(&preset.model).unwrap();
-                // A hundredth is the tolerance of the search.
-                assert!(quality.stable && quality.margins.sensitivity.value <= 1.01 * SENSITIVITY_LIMIT, "{quality:?}");
-            }
-            let worst = corners(controller, &preset.model, &preset.bench, &both).unwrap()[0];
-            assert!(worst.sensitivity <= 1.01 * CORNER_LIMIT, "{worst:?}");
+            meets_the_limits(&tuned.controller, &preset);
             assert!(tuned.noise_torque <= 1.01 * NOISE_LIMIT * cascade.torque_limit);
         }
         // The same family, but the cascade's zeros are real, and its integral acts on the motor's side of the coupling.
@@ -305,10 +310,11 @@ mod tests {
             assert!(outcome.unwrap().beyond < 0.01, "{name}");
             let start = &preset.bench.controller;
             let tuned = tune(start, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap().controller;
+            // Not better by a hole in the grid.
+            meets_the_limits(&tuned, &preset);
             let ControllerChoice::Cascade(tuned) = tuned else { panic!("{name}: {tuned:?}") };
             let (now, _) = priced(tuned);
-            // As good, and not better by a hole in the grid.
-            assert!((-0.03..0.01).contains(&(now - before)), "{name}: {now} instead of {before}, {tuned:?}");
+            assert!(now < before + 0.01, "{name}: {now} instead of {before}, {tuned:?}");
         }
     }
 
