@@ -149,7 +149,7 @@ impl<'a> Lane<'a> {
         put(&mut orders.reference.position, self.order.reference.position);
         put(&mut orders.reference.velocity, self.order.reference.velocity);
         put(&mut orders.reference.acceleration, self.order.reference.acceleration);
-        // The software's state of an arm after a tick is that at its start; without an arm there is no twist.
+        // After a tick the software has the arm's twist at its start; without an arm the twist is zero.
         let has_arm = self.run.plant.arm != Arm::Nothing;
         self.carried = if has_arm { truth.plant.machine.arm_twist.lane(self.lane) } else { 0.0 };
     }
