@@ -30,9 +30,9 @@ pub(crate) fn check(Run { suite, tools, cargo, record }: &mut Run) {
     suite.stage(DOCUMENTATION, |_| document(cargo));
 }
 
-/// Builds the core without `std`.
+/// Builds the core and the software of the bench without `std`.
 fn bare_core(cargo: &Cargo, tools: &Tools) -> Result<Outcome, String> {
-    let build = ["build", "--package", "stickslip-core", "--locked", "--quiet"];
+    let build = ["build", "--package", "stickslip-software", "--locked", "--quiet"];
     if tools.bare_target {
         cargo.run([&build[..], &["--target", BARE_TARGET]].concat())?;
         return Ok(Outcome::Passed);

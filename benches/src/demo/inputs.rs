@@ -5,9 +5,9 @@ use std::error::Error;
 use stickslip::bench::tap::{ChangeKind, Changed, Sample, Stream};
 use stickslip::{Preset, design};
 use stickslip_core::control::PositionController;
-use stickslip_core::cycle::{Change, Parameters};
 use stickslip_core::friction::{ElastoPlastic, Fading, Friction, Model, Stribeck};
 use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_software::cycle::{Change, Parameters};
 
 /// A run as the peer repeats it: numbers in the order of `bench.h`.
 #[derive(Default)]

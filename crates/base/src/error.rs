@@ -146,7 +146,7 @@ pub enum Error {
     },
     /// A request that the supervision refuses.
     #[error(transparent)]
-    Refused(#[from] stickslip_core::supervise::Refusal),
+    Refused(#[from] stickslip_software::supervise::Refusal),
     /// An experiment that requires the screw's zero.
     #[error("the bench is not homed: the screw's zero is unknown. Home it first.")]
     NotHomed,

@@ -18,8 +18,8 @@ use stickslip_core::fields::{ParameterError, at_least, at_most};
 use stickslip_core::friction::{Bristles, Friction, Stribeck};
 use stickslip_core::plant::Plant;
 use stickslip_core::scalar::Scalar;
-use stickslip_core::supervise::{HomingPlan, SafetyLimits};
 use stickslip_core::tick::{Decoder, Scaling};
+use stickslip_software::supervise::{HomingPlan, SafetyLimits};
 
 /// A complete parameter set. The virtual machine and the controller's model are separate: controller, observer, law and
 /// experiments use only `model`.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use stickslip_core::supervise::Fault;
+use stickslip_software::supervise::Fault;
 
 /// Errors of a bench, in addition to the common errors.
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,6 @@
 //! Homing by index search.
 
-use stickslip_core::supervise::{Homing, HomingInput, HomingProgress, Request};
+use stickslip_software::supervise::{Homing, HomingInput, HomingProgress, Request};
 
 use crate::{Bench, Change, Command};
 use stickslip_base::{Error, Watch};

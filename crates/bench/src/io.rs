@@ -3,9 +3,9 @@
 use crate::BenchError;
 use std::sync::Arc;
 
-use stickslip_core::cycle::{Software, Voltages};
 use stickslip_core::snapshot::StateVisitor;
 use stickslip_core::tick::Measurement;
+use stickslip_software::cycle::{Software, Voltages};
 
 use super::Injection;
 use super::remote::{LinkFault, Traffic};

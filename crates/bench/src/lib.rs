@@ -56,16 +56,16 @@ pub use io::{Arrival, Io};
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;
 pub use speed_ramp::SpeedRamp;
-pub use stickslip_core::cycle::Voltages;
 pub use stickslip_rt::{Cpu, ThreadSettings, keep_off};
+pub use stickslip_software::cycle::Voltages;
 pub use virtual_bench::{InProcess, VirtualBench};
 
 use stickslip_core::control::PositionController;
-pub use stickslip_core::cycle::{Change, Command, Frame, Parameters};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, Law};
-pub use stickslip_core::supervise::Request;
-use stickslip_core::supervise::SafetyState;
+pub use stickslip_software::cycle::{Change, Command, Frame, Parameters};
+pub use stickslip_software::supervise::Request;
+use stickslip_software::supervise::SafetyState;
 
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};

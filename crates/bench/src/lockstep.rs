@@ -1,9 +1,9 @@
 //! The software of the bench in lockstep with its machine.
 
-use stickslip_core::cycle::{Change, Command, ExternalTorques, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
-use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
+use stickslip_software::cycle::{Change, Command, ExternalTorques, Frame, Parameters, Software};
+use stickslip_software::supervise::SafetyState;
 
 use super::io::Io;
 use super::tap::{ChangeKind, Changed, Tap};

@@ -8,8 +8,8 @@ use std::thread;
 use std::time::Duration;
 
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
-use stickslip_core::cycle::{Change, Frame};
-use stickslip_core::supervise::Refusal;
+use stickslip_software::cycle::{Change, Frame};
+use stickslip_software::supervise::Refusal;
 
 use super::Injection;
 
@@ -130,15 +130,15 @@ impl Stream {
 
 #[cfg(test)]
 mod tests {
-    use stickslip_core::cycle::Software;
     use stickslip_core::tick::Measurement;
+    use stickslip_software::cycle::Software;
 
     use super::*;
 
     #[test]
     fn lost_cycles_are_counted_in_the_next_sample() {
         let (mut tap, mut stream) = tap(2);
-        let mut software = Software::new(stickslip_core::cycle::Parameters::default(), 1e-3);
+        let mut software = Software::new(stickslip_software::cycle::Parameters::default(), 1e-3);
         let mut offer = |tap: &mut Tap| tap.samples.offer(&software.step(Measurement::default(), None));
         (0..5).for_each(|_| offer(&mut tap));
         tap.samples.hold();

@@ -10,8 +10,8 @@ use super::lockstep::LockstepBench;
 use super::remote::LinkFault;
 use stickslip_base::noise::{Normals, Ticks};
 use stickslip_base::{Error, Preset};
-use stickslip_core::cycle::Voltages;
 use stickslip_simulate::integrator;
+use stickslip_software::cycle::Voltages;
 
 /// The virtual machine with noise from a seed.
 #[derive(Clone, Debug)]

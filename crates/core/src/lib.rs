@@ -31,7 +31,6 @@ extern crate std;
 
 pub mod block;
 pub mod control;
-pub mod cycle;
 pub mod drive;
 pub mod estimate;
 pub mod fields;
@@ -41,7 +40,6 @@ pub mod render;
 pub mod scalar;
 pub mod sensor;
 pub mod snapshot;
-pub mod supervise;
 pub mod tick;
 
 pub use stickslip_derive::Fields;

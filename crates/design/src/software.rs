@@ -1,11 +1,11 @@
 //! The software of the bench for a model of the machine.
 
 use stickslip_core::control::{Cascade, CurrentControl};
-use stickslip_core::cycle::Parameters;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, DifferenceTorque, Law};
-use stickslip_core::supervise::Brake;
 use stickslip_core::tick::Tick;
+use stickslip_software::cycle::Parameters;
+use stickslip_software::supervise::Brake;
 
 use super::{
     arm_rendering, axis_control, current_control, predictive_current_control, speed_holder, velocity_observer,

@@ -305,8 +305,8 @@ fn mean(frames: &[Frame], value: impl Fn(&Frame) -> f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use stickslip_core::supervise::SafetyState;
     use stickslip_core::tick::TickOutput;
+    use stickslip_software::supervise::SafetyState;
 
     use super::*;
 

@@ -6,9 +6,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, Instant, SystemTime};
 
 use stickslip_core::control::reference::Reference;
-use stickslip_core::cycle::Parameters;
 use stickslip_core::render::Correction;
-use stickslip_core::supervise::{Request, SafetyState};
+use stickslip_software::cycle::Parameters;
+use stickslip_software::supervise::{Request, SafetyState};
 
 use super::Shared;
 use super::breakaway::BreakawayProgress;

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use stickslip_core::supervise::Request;
+use stickslip_software::supervise::Request;
 
 use super::axis::Job;
 use super::protocol::{Answer, Call};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use stickslip_core::supervise::Role;
+use stickslip_software::supervise::Role;
 
 /// An error of a running bench, in addition to those of `stickslip_base`.
 #[derive(Debug, thiserror::Error)]

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stickslip_core::supervise::{Concern, Fault, Recovery, Request};
+use stickslip_software::supervise::{Concern, Fault, Recovery, Request};
 
 use super::axis::Job;
 use super::protocol::Answer;

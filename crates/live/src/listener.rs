@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use stickslip_core::supervise::{Fault, SafetyState};
+use stickslip_software::supervise::{Fault, SafetyState};
 
 use super::Shared;
 use super::fault::FaultStatus;

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use stickslip_core::cycle::Change;
-use stickslip_core::supervise::Request;
+use stickslip_software::cycle::Change;
+use stickslip_software::supervise::Request;
 
 use super::jog::JogSwitch;
 use super::protocol::{Answer, CurrentTask, Ended};

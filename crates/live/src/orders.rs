@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use stickslip_core::control::reference::Reference;
-use stickslip_core::cycle::Change;
 use stickslip_core::render::Correction;
+use stickslip_software::cycle::Change;
 
 use super::axis::{self, Job};
 use super::breakaway::BreakawayProgress;

@@ -10,9 +10,11 @@ use crate::{root, sample, sources, text, without_tests, workspace};
 
 #[test]
 fn the_core_has_no_std_and_no_unsafe() {
-    let core = text("crates/core/src/lib.rs");
-    for attribute in ["#![no_std]", "#![forbid(unsafe_code)]"] {
-        assert!(core.lines().any(|line| line == attribute), "crates/core/src/lib.rs lacks {attribute}");
+    for name in ["core", "software"] {
+        let root = text(&format!("crates/{name}/src/lib.rs"));
+        for attribute in ["#![no_std]", "#![forbid(unsafe_code)]"] {
+            assert!(root.lines().any(|line| line == attribute), "crates/{name}/src/lib.rs lacks {attribute}");
+        }
     }
 }
 
@@ -20,7 +22,7 @@ fn the_core_has_no_std_and_no_unsafe() {
 const MEASURING: [&str; 9] = [
     "core/src/control",
     "core/src/render",
-    "core/src/supervise",
+    "software/src",
     "core/src/tick/decoder.rs",
     "core/src/tick/mod.rs",
     "design/src",
@@ -80,7 +82,7 @@ fn locks(source: &str) -> Vec<&str> {
 }
 
 /// The files that run within the deadline: `deadline` in `[package.metadata.stickslip]`. The rest that does is
-/// `crates/core`, which has no `std` and thus no locks.
+/// `crates/core` and `crates/software`, which have no `std` and thus no locks.
 fn within_the_deadline(workspace: &Workspace) -> Vec<PathBuf> {
     let files = |package: &Package| -> Vec<PathBuf> {
         package.listed("deadline").into_iter().map(|file| package.folder.join(file)).collect()

@@ -9,7 +9,7 @@ use crate::{sample, workspace};
 const LAYERS: [&[&str]; 11] = [
     &["derive"],
     &["core"],
-    &["codegen", "rt", "wide"],
+    &["codegen", "rt", "software", "wide"],
     &["base"],
     &["recording", "fit"],
     &["identify", "design"],

@@ -10,10 +10,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rtrb::{Consumer, Producer};
-use stickslip_core::cycle::{Change, Command, ExternalTorques, Frame, Software, Voltages};
-use stickslip_core::supervise::{ExternalFault, Fault, MachineFault, Refusal, Role, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
+use stickslip_software::cycle::{Change, Command, ExternalTorques, Frame, Software, Voltages};
+use stickslip_software::supervise::{ExternalFault, Fault, MachineFault, Refusal, Role, SafetyState};
 
 use super::keyframe::KeyframeResponder;
 use super::rings::LoopRings;

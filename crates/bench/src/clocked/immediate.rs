@@ -5,7 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use rtrb::{Consumer, Producer, RingBuffer};
-use stickslip_core::cycle::Change;
+use stickslip_software::cycle::Change;
 
 use super::cycle::Answer;
 use crate::tap::{ChangeKind, Changed};

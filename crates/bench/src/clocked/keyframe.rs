@@ -6,9 +6,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use rtrb::{Consumer, Producer, RingBuffer};
-use stickslip_core::cycle::Software;
 use stickslip_core::snapshot::{StateVisitor, fields};
 use stickslip_core::tick::Measurement;
+use stickslip_software::cycle::Software;
 
 use crate::io::Io;
 use stickslip_base::Error;

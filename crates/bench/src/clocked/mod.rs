@@ -26,11 +26,11 @@ use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};
 use rings::{BenchRings, rings};
 use rtrb::PushError;
-use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
-use stickslip_core::supervise::{ExternalFault, Fault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, ThreadSettings, Timings};
+use stickslip_software::cycle::{Change, Command, Frame, Parameters, Software};
+use stickslip_software::supervise::{ExternalFault, Fault, Refusal, SafetyState};
 pub use timing_report::overrun_sentence;
 pub use timing_report::{TimingReport, refusals};
 

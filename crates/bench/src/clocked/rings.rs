@@ -1,7 +1,7 @@
 //! Lock-free rings between the experiment and the loop: entries go in and replies come back, both in order.
 
 use rtrb::{Consumer, Producer, RingBuffer};
-use stickslip_core::cycle::Change;
+use stickslip_software::cycle::Change;
 
 use super::cycle::{Entry, Reply};
 use crate::external::ExternalInLoop;

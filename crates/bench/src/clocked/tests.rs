@@ -1,7 +1,7 @@
 use rtrb::RingBuffer;
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::supervise::{MachineFault, Request};
 use stickslip_core::tick::Measurement;
+use stickslip_software::supervise::{MachineFault, Request};
 
 use super::rings::LoopRings;
 use super::*;

@@ -8,9 +8,9 @@
 //! start of the next tick.
 
 use crate::BenchError;
-use stickslip_core::cycle::{ExternalTorques, Parameters, Sample};
-use stickslip_core::supervise::{ExternalFault, Role};
 use stickslip_core::tick::Tick;
+use stickslip_software::cycle::{ExternalTorques, Parameters, Sample};
+use stickslip_software::supervise::{ExternalFault, Role};
 
 use super::role::{self, Substitute, Turn};
 use super::{Course, External, ModuleSample, read};

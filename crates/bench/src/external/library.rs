@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use stickslip_core::supervise::{ExternalFault, Role};
 use stickslip_rt::{FloatingPoint, Module, ModuleParameter, ModuleSample};
+use stickslip_software::supervise::{ExternalFault, Role};
 
 use super::fmu::{Controller, is_fmu};
 use super::{Answer, Caller, Description};

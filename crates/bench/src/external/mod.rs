@@ -34,10 +34,10 @@ pub use operator::OperatorSide;
 use operator::{CallTimes, Line, operator_side};
 use sha2::{Digest as _, Sha256};
 use stickslip_core::control::AxisControlInput;
-pub use stickslip_core::supervise::Role;
-use stickslip_core::supervise::{ExternalFault, Fault};
 use stickslip_rt::{Durations, Quantiles};
 pub use stickslip_rt::{ModuleParameter, ModuleSample};
+pub use stickslip_software::supervise::Role;
+use stickslip_software::supervise::{ExternalFault, Fault};
 
 use stickslip_base::parameters::schema::nearest;
 use stickslip_base::{Error, input, output};

@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use stickslip_core::supervise::{ExternalFault, Fault};
 use stickslip_rt::{ANSWER, ModuleSample, Requester, Responder, hand_over};
+use stickslip_software::supervise::{ExternalFault, Fault};
 use tempfile::TempDir;
 
 use super::fmu::is_fmu;

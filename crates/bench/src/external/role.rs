@@ -3,12 +3,12 @@
 use crate::BenchError;
 use stickslip_core::control::AxisControl;
 use stickslip_core::control::compensation::Hold;
-use stickslip_core::cycle::{ExternalTorques, Parameters, Sample};
 use stickslip_core::drive::Arm;
 use stickslip_core::friction::{Bristles, Decay, Model as Contact, Stribeck};
 use stickslip_core::render::{Correction, Law};
-use stickslip_core::supervise::Role;
 use stickslip_core::tick::Tick;
+use stickslip_software::cycle::{ExternalTorques, Parameters, Sample};
+use stickslip_software::supervise::Role;
 
 use stickslip_base::Error;
 use stickslip_base::preset::{

@@ -10,8 +10,8 @@ use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use stickslip_core::supervise::ExternalFault;
 use stickslip_rt::{Alarm, Clock as _, MonotonicClock, hurry};
+use stickslip_software::supervise::ExternalFault;
 
 /// Polling interval.
 const LOOK: Duration = Duration::from_millis(5);

@@ -2,8 +2,8 @@
 //! program; other versions are refused by [`VERSION`].
 
 use serde_json::{Value, json};
-use stickslip_core::supervise::ExternalFault;
 use stickslip_rt::{ANSWER, MOST_PARAMETERS, ModuleParameter, ModuleSample};
+use stickslip_software::supervise::ExternalFault;
 
 use super::library::Library;
 use super::watchdog::now;

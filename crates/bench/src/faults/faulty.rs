@@ -1,9 +1,9 @@
 //! A machine with injected faults of its readings, amplifiers and clock.
 
 use crate::BenchError;
-use stickslip_core::cycle::{Software, Voltages};
 use stickslip_core::snapshot::{StateVisitor, choice, count, fields, flag};
 use stickslip_core::tick::{Decoder, Measurement};
+use stickslip_software::cycle::{Software, Voltages};
 
 use super::{Injection, Kind};
 use crate::io::Io;

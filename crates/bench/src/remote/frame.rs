@@ -11,7 +11,7 @@ use stickslip_core::Fields;
 use stickslip_core::fields::{Fields as Numbers, each};
 use stickslip_core::tick::Measurement;
 
-use stickslip_core::cycle::Voltages;
+use stickslip_software::cycle::Voltages;
 
 /// First bytes of every frame.
 pub(crate) const MARK: [u8; 2] = *b"SI";

@@ -33,7 +33,7 @@ use super::io::{Io, check_preload};
 use super::lockstep::LockstepBench;
 use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Preset};
-use stickslip_core::cycle::Voltages;
+use stickslip_software::cycle::Voltages;
 
 /// Time-out of an answer. A tick of the machine takes microseconds; a busy computer may need much more.
 const WAIT: Duration = Duration::from_secs(2);

@@ -10,8 +10,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use stickslip_core::cycle::Voltages;
 use stickslip_core::tick::Measurement;
+use stickslip_software::cycle::Voltages;
 
 use super::frame::{Begin, LONGEST, Message, Preload, Reason};
 use super::line::Line;

@@ -3,8 +3,8 @@
 use std::io::ErrorKind;
 use std::time::Duration;
 
-use stickslip_core::cycle::Voltages;
 use stickslip_core::tick::Measurement;
+use stickslip_software::cycle::Voltages;
 
 use super::Address;
 use super::frame::{Begin, Begun, LONGEST, Message, Preload, Reason};

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use stickslip_core::cycle::Change;
-use stickslip_core::supervise::{ExternalFault, HomingFault, MachineFault, Request, Role};
+use stickslip_software::cycle::Change;
+use stickslip_software::supervise::{ExternalFault, HomingFault, MachineFault, Request, Role};
 
 use super::numbers::{from_numbers, numbers};
 use crate::tap::ChangeKind;
@@ -107,7 +107,7 @@ fn external_fault(kind: &str, numbers: &[f64]) -> Option<ExternalFault> {
 
 #[cfg(test)]
 mod tests {
-    use stickslip_core::cycle::Parameters;
+    use stickslip_software::cycle::Parameters;
 
     use super::*;
 

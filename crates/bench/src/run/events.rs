@@ -4,8 +4,8 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stickslip_core::cycle::Change;
-use stickslip_core::supervise::{Fault, Request};
+use stickslip_software::cycle::Change;
+use stickslip_software::supervise::{Fault, Request};
 
 use super::change::parse;
 use super::recorder::{BEGIN, CHANGED, LOST};

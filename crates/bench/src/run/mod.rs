@@ -24,7 +24,7 @@ pub use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
 pub use simulate::{Simulated, SimulationRequest, Trace};
 
-use stickslip_core::cycle::Parameters;
+use stickslip_software::cycle::Parameters;
 
 use crate::Keyframe;
 use crate::tap::{Changed, Sample, Stream};

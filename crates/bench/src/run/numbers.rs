@@ -62,7 +62,7 @@ impl StateVisitor for Restore<'_> {
 
 #[cfg(test)]
 mod tests {
-    use stickslip_core::cycle::Parameters;
+    use stickslip_software::cycle::Parameters;
 
     use super::*;
     use stickslip_base::preset::LawChoice;

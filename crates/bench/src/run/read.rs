@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use stickslip_core::cycle::Change;
+use stickslip_software::cycle::Change;
 
 use super::Record;
 use super::change::parse;
@@ -149,7 +149,7 @@ impl Iterator for Cycles<'_> {
 
 #[derive(Default)]
 struct Events {
-    initial: Option<stickslip_core::cycle::Parameters<f64>>,
+    initial: Option<stickslip_software::cycle::Parameters<f64>>,
     begin: u64,
     changes: Vec<Changed>,
     lost: Vec<(u64, u64)>,

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
-use stickslip_core::cycle::{Change, Parameters, Software};
+use stickslip_software::cycle::{Change, Parameters, Software};
 
 use super::change::line;
 use super::numbers::Restore;

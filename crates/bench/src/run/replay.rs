@@ -8,8 +8,8 @@ use crate::BenchError;
 use std::fmt;
 use std::iter::Peekable;
 
-use stickslip_core::cycle::{Change, Parameters, Software, Voltages};
 use stickslip_core::tick::Measurement;
+use stickslip_software::cycle::{Change, Parameters, Software, Voltages};
 
 use super::Record;
 use super::numbers::Restore;

@@ -2,9 +2,9 @@
 
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::cycle::{Command, Frame};
-use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Measurement, TickOutput};
+use stickslip_software::cycle::{Command, Frame};
+use stickslip_software::supervise::SafetyState;
 
 use super::numbers::{from_numbers, numbers};
 use stickslip_base::parameters::{self, Entry};

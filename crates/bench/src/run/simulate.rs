@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stickslip_core::cycle::{Change, Parameters};
 use stickslip_core::fields::Fields;
 use stickslip_core::render::Law;
+use stickslip_software::cycle::{Change, Parameters};
 
 use super::numbers::{from_numbers, numbers};
 use super::read::Stored;

@@ -37,7 +37,7 @@ fn experiment(bench: &mut dyn Bench) {
         bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() }).unwrap();
     }
     bench.come_to_rest().unwrap();
-    bench.change(Change::Request(stickslip_core::supervise::Request::Stop)).unwrap();
+    bench.change(Change::Request(stickslip_software::supervise::Request::Stop)).unwrap();
 }
 
 fn recorded() -> Record {
@@ -137,7 +137,7 @@ fn recorded_into(path: &std::path::Path) -> Recorded {
     let mut bench = VirtualBench::new(&about.preset, 7).unwrap();
     bench.tap(tap);
     experiment(&mut bench);
-    assert!(bench.change(Change::Request(stickslip_core::supervise::Request::Stop)).is_err());
+    assert!(bench.change(Change::Request(stickslip_software::supervise::Request::Stop)).is_err());
     drop(bench);
     recorder.finish().unwrap()
 }
@@ -278,7 +278,7 @@ fn run_with_law(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
     keyframes.push(states.take().unwrap());
     thread::sleep(std::time::Duration::from_millis(30));
     // Refused before the axis is at rest; this is recorded as well.
-    let _ = bench.change(Change::Request(stickslip_core::supervise::Request::Acknowledge));
+    let _ = bench.change(Change::Request(stickslip_software::supervise::Request::Acknowledge));
     thread::sleep(std::time::Duration::from_millis(20));
     bench.stop();
     assert!(states.take().is_err(), "the loop has ended");

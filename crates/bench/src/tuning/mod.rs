@@ -15,8 +15,8 @@ pub use loaded::Loaded;
 pub use loaded::{is_of_it, selector};
 pub use sets::Sets;
 
-use stickslip_core::cycle::Parameters;
 use stickslip_core::render::{Correction, Law};
+use stickslip_software::cycle::Parameters;
 
 use crate::external::{Role, role};
 use stickslip_base::parameters::presets::Source;

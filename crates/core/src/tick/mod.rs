@@ -6,7 +6,7 @@
 //!
 //! There are three rates: the tick (sensors, observer, law, current control); the position controller, every few ticks,
 //! with its output delayed by one of its samples; the steps of the virtual machine, at most 25 µs.
-//! [`cycle`](crate::cycle) adds supervision: command in, frame out.
+//! `stickslip_software::cycle` adds supervision: command in, frame out.
 
 mod decoder;
 mod virtual_bench;

@@ -1,7 +1,7 @@
 //! Friction rendered by a loaded friction or law: measured at constant speeds and compared with its expected value.
 
 use serde_json::Value;
-use stickslip_core::supervise::ExternalFault;
+use stickslip_software::supervise::ExternalFault;
 
 use crate::workflow::draw::{friction, plateaus, points};
 use crate::workflow::render::faded_below;

@@ -235,8 +235,8 @@ mod tests {
     use crate::trial::PositionFile;
     use stickslip_base::parameters::presets;
     use stickslip_bench::VirtualBench;
-    use stickslip_core::supervise::SafetyState;
     use stickslip_simulate::manoeuvre::Manoeuvre;
+    use stickslip_software::supervise::SafetyState;
 
     fn homed() -> (Preset<f64>, VirtualBench) {
         let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();

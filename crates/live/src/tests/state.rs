@@ -196,7 +196,7 @@ fn a_fault_during_a_measurement_leaves_an_incomplete_run_with_its_record() {
     // A fault of the machine, as the injection of the virtual one is not admitted during a measurement.
     live.shared
         .motion
-        .change(stickslip_bench::Change::MachineFailed(stickslip_core::supervise::MachineFault::Restarted))
+        .change(stickslip_bench::Change::MachineFailed(stickslip_software::supervise::MachineFault::Restarted))
         .unwrap();
     let error = ended(&live).error.unwrap();
     assert!(error.contains("lost its connection"), "{error}");

@@ -2,7 +2,7 @@
 
 use super::*;
 use stickslip_bench::tap::ChangeKind;
-use stickslip_core::cycle::{Change, Parameters};
+use stickslip_software::cycle::{Change, Parameters};
 
 fn trial(motion: &str, repetitions: u64) -> Call {
     Call::Trial { motion: motion.into(), file: None, repetitions, render: false }

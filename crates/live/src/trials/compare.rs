@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use stickslip_core::cycle::{Change, Parameters};
+use stickslip_software::cycle::{Change, Parameters};
 
 use super::run::{check_repetitions, manoeuvre, ready_at, unknown};
 use crate::axis::Job;

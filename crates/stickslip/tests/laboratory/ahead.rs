@@ -9,7 +9,7 @@ use stickslip::experiment::{
 };
 use stickslip::{Error, Model, Preset, Settings, Watch, parameters};
 use stickslip_core::friction::Stribeck;
-use stickslip_core::supervise::SafetyState;
+use stickslip_software::supervise::SafetyState;
 
 /// A bench with frames delayed by a number of ticks.
 struct Ahead {

@@ -8,7 +8,7 @@ use stickslip_bench::BenchError;
 use stickslip_core::control::compensation::{Hold, StictionHold};
 use stickslip_core::control::{Cascade, Pid};
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
-use stickslip_core::supervise::Fault;
+use stickslip_software::supervise::Fault;
 
 use super::PROGRAM;
 use super::loaded::Loaded;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use stickslip_core::control::AxisControlInput;
-use stickslip_core::supervise::Fault;
+use stickslip_software::supervise::Fault;
 
 use super::run::{Lane, run_with};
 use stickslip_base::{Error, Watch};

@@ -7,8 +7,8 @@ use stickslip_core::block::Block as _;
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{DifferenceTorque, Law};
-use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Tick, TickState};
+use stickslip_software::supervise::SafetyState;
 
 use super::run::{Record, Run, numbers};
 

@@ -15,8 +15,8 @@ use archive::{Archive, Limits};
 use description::{Model, Variable};
 use signals::{Mapped, listed, mapped};
 use stickslip_codegen::fmu::Version;
-use stickslip_core::supervise::{ExternalFault, Role};
 use stickslip_rt::{FloatingPoint, FmiVersion, Fmu, FmuLibrary, MOST_PARAMETERS};
+use stickslip_software::supervise::{ExternalFault, Role};
 use tempfile::TempDir;
 
 use super::{Answer, Caller, Description, ModuleParameter, ModuleSample};

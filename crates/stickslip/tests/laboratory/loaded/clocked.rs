@@ -8,7 +8,7 @@ use stickslip::ControllerChoice;
 use stickslip::bench::tap::tap;
 use stickslip::bench::{Change, ClockedBench, Frame, Request, SpeedRamp, ThreadSettings};
 use stickslip::load::load_in_real_time;
-use stickslip_core::supervise::{Fault, SafetyState};
+use stickslip_software::supervise::{Fault, SafetyState};
 
 /// A slow tick, some of which may be missed, and a sample of four ticks, with a controller as soft as that permits.
 fn slow() -> Preset<f64> {

@@ -11,8 +11,8 @@ use stickslip::run::{Record, replay};
 use stickslip::{Watch, design};
 use stickslip_core::block::Block as _;
 use stickslip_core::control::{ControllerInput, PositionControllerState};
-use stickslip_core::supervise::ExternalFault;
 use stickslip_rt::ModuleSample;
+use stickslip_software::supervise::ExternalFault;
 
 use super::fixture::{MAP, SIMULATION, description, library_path, map, packed, servo};
 use super::{here, preset};

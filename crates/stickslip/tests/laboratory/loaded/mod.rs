@@ -19,7 +19,7 @@ use stickslip::load::{self, load};
 use stickslip::parameters::presets::find;
 use stickslip::run::{Record, replay};
 use stickslip::{Error, Preset, Watch};
-use stickslip_core::supervise::ExternalFault;
+use stickslip_software::supervise::ExternalFault;
 
 /// Environment variables that make a test process a host, and its mapping.
 const HOSTED: &str = "STICKSLIP_TEST_HOST";

@@ -11,7 +11,7 @@ use stickslip::fidelity::LAWS;
 use stickslip::run::{About, Recorder, Stored, story};
 use stickslip::{Preset, Settings, Watch, design, parameters};
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::supervise::{Request, SafetyState};
+use stickslip_software::supervise::{Request, SafetyState};
 
 fn file() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/laboratory/running/everything.mf4")

@@ -12,7 +12,7 @@ use stickslip::bench::{
 use stickslip::experiment::home;
 use stickslip::run::{Record, replay};
 use stickslip::{LawChoice, Preset, Settings, Watch, design, parameters};
-use stickslip_core::supervise::{Fault, Request, SafetyState};
+use stickslip_software::supervise::{Fault, Request, SafetyState};
 
 /// Start of the fault after homing and the start of motion [s].
 const MOVED: f64 = 0.628;

@@ -7,10 +7,10 @@
 use core::f64::consts::TAU;
 use core::fmt;
 
-use crate::Fields;
-use crate::control::reference::Setpoint;
-use crate::fields::{Relation, at_most};
-use crate::scalar::Scalar;
+use stickslip_core::Fields;
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::fields::{Relation, at_most};
+use stickslip_core::scalar::Scalar;
 
 /// Revolutions without an index after which the search is given up.
 const SEARCHED_TURNS: f64 = 1.5;

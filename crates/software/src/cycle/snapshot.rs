@@ -1,7 +1,7 @@
 //! The state of the software, stored and restored.
 
 use super::{Command, Software};
-use crate::snapshot::{StateVisitor, count, fields, flag};
+use stickslip_core::snapshot::{StateVisitor, count, fields, flag};
 
 impl Software {
     /// Everything that the next ticks depend on, parameters included; the length of a tick is not included.

@@ -9,7 +9,7 @@
 //! The first term decelerates with a_stop and decreases linearly to 0 at rest, without chatter; friction adds to it.
 //! The second term acts only if the screw stops more slowly than that: against a pushing load, which it then holds.
 
-use crate::Fields;
+use stickslip_core::Fields;
 
 /// Factor of the brake's torque, which compensates the distance lost by lag and by the linear end.
 const AUTHORITY: f64 = 1.25;

@@ -1,8 +1,8 @@
 //! Limits of supervision.
 
-use crate::Fields;
-use crate::fields::{Relation, at_least};
-use crate::scalar::Scalar;
+use stickslip_core::Fields;
+use stickslip_core::fields::{Relation, at_least};
+use stickslip_core::scalar::Scalar;
 
 /// Limits of supervision. The stroke counts from the screw's zero; currents are torques over the motor's torque
 /// constant.

@@ -12,15 +12,15 @@ mod snapshot;
 #[cfg(test)]
 mod tests;
 
-use crate::Fields;
-use crate::block::Block as _;
-use crate::control::reference::Setpoint;
-use crate::control::{AxisControlInput, VelocityObserverInput};
 use crate::supervise::{
     Brake, Braking, ExternalFault, HomingFault, MachineFault, Refusal, Request, Role, Safety, SafetyInput,
     SafetyLimits, SafetyState,
 };
-use crate::tick::{EncoderReading, Measurement, Order, Tick, TickInput, TickOutput, TickState};
+use stickslip_core::Fields;
+use stickslip_core::block::Block as _;
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::control::{AxisControlInput, VelocityObserverInput};
+use stickslip_core::tick::{EncoderReading, Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
 /// Outputs of the software in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]

@@ -1,6 +1,6 @@
 use super::*;
-use crate::control::{Cascade, PositionController};
 use crate::supervise::{Fault, Role};
+use stickslip_core::control::{Cascade, PositionController};
 
 const DT: f64 = 1e-3;
 

@@ -3,7 +3,7 @@
 use super::monitor::{Acceleration, Monitor};
 use super::safety::Stop;
 use super::{Braking, ExternalFault, Fault, HomingFault, MachineFault, Role, Safety, SafetyState};
-use crate::snapshot::{StateVisitor, choice, fields, flag, optional};
+use stickslip_core::snapshot::{StateVisitor, choice, fields, flag, optional};
 
 /// Subjects of faults.
 const NAMES: [&str; 11] = [
