@@ -4,8 +4,7 @@ use std::f64::consts::TAU;
 
 use stickslip_base::noise::Normals;
 use stickslip_base::{Error, Preset};
-use stickslip_core::block::Block as _;
-use stickslip_core::plant::{PlantInput, PlantState, VirtualMachine};
+use stickslip_core::plant::{GlidingMachine, PlantInput, PlantState};
 use stickslip_simulate::integrator;
 
 /// Longest period with constant torques [s].
@@ -21,7 +20,7 @@ const OVERLOAD: f64 = 3.0;
 /// its amplifier takes a voltage. Encoders count from power-on.
 #[derive(Clone, Debug)]
 pub struct MachineWithDrives {
-    machine: VirtualMachine<f64>,
+    machine: GlidingMachine<f64>,
     state: PlantState<f64>,
     normals: Normals,
     steps: usize,
@@ -62,10 +61,10 @@ impl MachineWithDrives {
         let steps = (PERIOD / preset.bench.plant_step - 1e-9).ceil().max(1.0);
         let step = PERIOD / steps;
         let steps = steps as usize;
-        let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step)? };
+        let machine = GlidingMachine::new(integrator::prepare(&preset.plant, steps, step)?, step);
         let mut state = PlantState::default();
         state.machine.angle = preset.plant.start_angle;
-        machine.step(&mut state, PlantInput::default(), PERIOD);
+        machine.take(steps, &mut state, PlantInput::default(), step);
         let start = preset.plant.start_angle;
         Ok(MachineWithDrives { machine, state, normals: Normals::new(seed), steps, step, periods: 0, start })
     }
@@ -77,7 +76,7 @@ impl MachineWithDrives {
 
     /// Ratings of both drives, as of their amplifiers.
     pub fn ratings(&self) -> [Rating; 2] {
-        let plant = &self.machine.parts.plant;
+        let plant = self.machine.plant();
         let rating = |torque: f64, constant: f64| {
             let torque = (torque / OVERLOAD * 1e3).round().max(1.0) * 1e-3;
             Rating { torque, current: if constant > 0.0 { torque / constant } else { 0.0 } }
@@ -90,7 +89,7 @@ impl MachineWithDrives {
     /// One period under these torques of drive motor and load motor [N m], both in the positive direction of the screw.
     /// Returns the signals of both, and that of the accelerometer as a share of the converter's range.
     pub fn exchange(&mut self, [motor, load]: [f64; 2]) -> ([DriveSignals; 2], f64) {
-        let plant = self.machine.parts.plant;
+        let plant = *self.machine.plant();
         let noise = self.normals.of_tick(self.periods);
         self.periods += 1;
         let before = self.angles();
@@ -126,14 +125,14 @@ impl MachineWithDrives {
 
     /// Angle of the index between two angles, from power-on.
     fn index(&self, before: f64, after: f64) -> Option<f64> {
-        let zero = self.machine.parts.plant.encoder.index_angle;
+        let zero = self.machine.plant().encoder.index_angle;
         let [before, after] = [before, after].map(|angle| ((angle - zero) / TAU).floor());
         (before != after).then(|| before.max(after) * TAU + zero - self.start)
     }
 
     /// Input of the load amplifier for a torque. The load motor's torque constant counts against the screw.
     fn load_voltage(&self, torque: f64) -> f64 {
-        let load = &self.machine.parts.plant.load_motor;
+        let load = self.machine.plant().load_motor;
         let winding = &load.winding;
         if winding.torque_constant <= 0.0 {
             return 0.0;

@@ -1,7 +1,6 @@
 //! The virtual machine in this process, faster than real time.
 
-use stickslip_core::block::Block as _;
-use stickslip_core::plant::{Plant, PlantInput, PlantState, VirtualMachine};
+use stickslip_core::plant::{GlidingMachine, Plant, PlantInput, PlantState};
 use stickslip_core::snapshot::{StateVisitor, count, fields};
 use stickslip_core::tick::Measurement;
 
@@ -16,7 +15,7 @@ use stickslip_software::cycle::Voltages;
 /// The virtual machine with noise from a seed.
 #[derive(Clone, Debug)]
 pub struct InProcess {
-    machine: VirtualMachine<f64>,
+    machine: GlidingMachine<f64>,
     state: PlantState<f64>,
     normals: Normals,
     ticks: Ticks,
@@ -33,12 +32,12 @@ impl InProcess {
     /// A step too long for the virtual machine.
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<(Self, Measurement<f64>), Error> {
         let (steps, step) = preset.bench.plant_steps();
-        let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step)? };
+        let machine = GlidingMachine::new(integrator::prepare(&preset.plant, steps, step)?, step);
         let ticks = Ticks::new(steps, step, preset.plant.tick_jitter);
         let mut state = PlantState::default();
         state.machine.angle = preset.plant.start_angle;
         // One tick at rest fills the pickups and gives the first readings.
-        let readings = machine.step(&mut state, PlantInput::default(), preset.bench.tick_time());
+        let readings = machine.take(steps, &mut state, PlantInput::default(), step);
         Ok((InProcess { machine, state, normals: Normals::new(seed), ticks, step, cycle: 0 }, readings))
     }
 }
@@ -63,19 +62,21 @@ impl Io for InProcess {
     fn keep(&mut self, keep: &mut dyn StateVisitor) {
         // Its parts and the seed are given by the preset and the run.
         let InProcess { machine, state, normals: _, ticks: _, step: _, cycle } = self;
-        keep.number(&mut machine.parts.plant.wheel.preload);
+        let mut preload = machine.plant().wheel.preload;
+        keep.number(&mut preload);
+        machine.set_preload(preload);
         fields(keep, state);
         count(keep, cycle);
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
         check_preload(preload)?;
-        self.machine.parts.plant.wheel.preload = preload;
+        self.machine.set_preload(preload);
         Ok(())
     }
 
     fn preload(&self) -> f64 {
-        self.machine.parts.plant.wheel.preload
+        self.machine.plant().wheel.preload
     }
 }
 
@@ -94,6 +95,6 @@ impl VirtualBench {
 
     /// True parameters of the virtual machine. Measurements must not use them.
     pub fn true_plant(&self) -> &Plant<f64> {
-        &self.machine.machine.parts.plant
+        self.machine.machine.plant()
     }
 }

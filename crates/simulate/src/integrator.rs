@@ -17,9 +17,9 @@ use stickslip_core::plant::{Machine, Plant};
 
 use stickslip_base::Error;
 
-/// Steps of a virtual machine in the widest vectors of the processor, with the bits of [`VirtualMachine::take`].
+/// Steps of a virtual machine in the widest vectors of the processor, with the bits of [`GlidingMachine::take`].
 ///
-/// [`VirtualMachine::take`]: stickslip_core::plant::VirtualMachine::take
+/// [`GlidingMachine::take`]: stickslip_core::plant::GlidingMachine::take
 pub use stickslip_wide::take;
 
 /// Prepares a plant for steps of `dt` [s], of which a tick has `steps`; refuses a step beyond the plant's bound.

@@ -6,7 +6,7 @@
 use multiversion::multiversion;
 use multiversion::target::match_target;
 use stickslip_core::fields::Fields as _;
-use stickslip_core::plant::{PlantInput, PlantState, VirtualMachine};
+use stickslip_core::plant::{GlidingMachine, PlantInput, PlantState};
 use stickslip_core::scalar::Lanes;
 use stickslip_core::tick::{BenchInput, BenchState, Measurement, TickOutput, VirtualBench};
 
@@ -47,10 +47,10 @@ pub fn tick_alone(
     bench.tick_of(steps, state, *input, dt)
 }
 
-/// Steps of one machine, with its contacts side by side; see [`VirtualMachine::take`].
+/// Steps of one machine, with its contacts side by side; see [`GlidingMachine::take`].
 #[multiversion(targets("x86_64+avx2"))]
 pub fn take(
-    machine: &VirtualMachine<f64>,
+    machine: &GlidingMachine<f64>,
     steps: usize,
     state: &mut PlantState<f64>,
     input: &PlantInput<f64>,

@@ -150,7 +150,7 @@ fn relax_apart<T: Scalar, const PREDICTS: bool, const AGES: bool>(
 impl<T: Scalar> Friction<T> {
     /// Viscous constant of the model [N m s/rad].
     #[inline(always)]
-    fn viscous(&self) -> T {
+    pub(crate) fn viscous(&self) -> T {
         match self.model {
             Model::Nothing => T::of(0.0),
             Model::Static(model) => model.sliding.viscous_friction,
@@ -240,9 +240,20 @@ impl<T: Scalar> Friction<T> {
 
     /// Whether the state of the contact is a single deflection.
     #[inline(always)]
-    fn is_plain(&self) -> bool {
+    pub(crate) fn is_plain(&self) -> bool {
         matches!((&self.rest, &self.temperature), (Rest::Constant, Temperature::Constant))
             && !matches!(self.model, Model::MaxwellSlip(_))
+    }
+
+    /// Rate of the deflection at a velocity [rad/s]; 0 without a deflection. For plain contacts.
+    #[inline(always)]
+    pub(crate) fn bending_rate(&self, memory: &Memory<T>, velocity: T) -> T {
+        match &self.model {
+            Model::Nothing | Model::Static(_) | Model::MaxwellSlip(_) => T::of(0.0),
+            Model::Dahl(model) => rate(model, memory.deflection, velocity).0,
+            Model::Lugre(model) => rate(model, memory.deflection, velocity).0,
+            Model::ElastoPlastic(model) => rate(model, memory.deflection, velocity).0,
+        }
     }
 
     /// A step of any contact, as a function call where calls are cheap, so that the code of plain contacts does not

@@ -33,16 +33,34 @@ pub struct Machine<T> {
     pub noise_bandwidth_root: T,
     /// Flow over half a step: one column for each state and each input, with the new states and the change of angle.
     #[field(unit = "1")]
-    half_flow: [[T; STATES + 1]; STATES + INPUTS],
+    pub(super) half_flow: [[T; STATES + 1]; STATES + INPUTS],
 }
 
 /// Inputs held over a step, in the order of the columns.
 #[derive(Clone, Copy)]
-struct Held<T> {
+pub(super) struct Held<T> {
     motor_resistance: T,
     load_resistance: T,
     voltage: T,
     torque: T,
+}
+
+impl<T: Scalar> Held<T> {
+    /// States and inputs in the order of the columns.
+    #[inline(always)]
+    pub(super) fn with(self, state: &MachineState<T>) -> [T; STATES + INPUTS] {
+        [
+            state.twist,
+            state.motor_velocity,
+            state.velocity,
+            state.load_current,
+            state.motor_torque,
+            self.motor_resistance,
+            self.load_resistance,
+            self.voltage,
+            self.torque,
+        ]
+    }
 }
 
 impl<T: Scalar> Machine<T> {
@@ -59,18 +77,8 @@ impl<T: Scalar> Machine<T> {
     /// Half a step of the linear part; `dt` [s] is the whole step.
     #[inline(always)]
     fn flow(&self, state: &mut MachineState<T>, held: Held<T>, dt: T) {
-        let x = [
-            state.twist,
-            state.motor_velocity,
-            state.velocity,
-            state.load_current,
-            state.motor_torque,
-            held.motor_resistance,
-            held.load_resistance,
-            held.voltage,
-            held.torque,
-        ];
-        let [twist, motor_velocity, velocity, load_current, motor_torque, way] = advance(&self.half_flow, x);
+        let [twist, motor_velocity, velocity, load_current, motor_torque, way] =
+            advance(&self.half_flow, held.with(state));
         state.arm_twist += T::of(0.5) * dt * state.arm_velocity - way;
         state.angle += way;
         state.twist = twist;
@@ -94,20 +102,26 @@ struct Middle<T> {
 }
 
 impl<T: Scalar> Machine<T> {
+    /// Inputs held over a step from this state, under a voltage [V] that the load motor induces besides K·Ω.
+    #[inline(always)]
+    pub(super) fn held(&self, state: &MachineState<T>, input: MachineInput<T>, induced: T) -> Held<T> {
+        let plant = &self.plant;
+        let (winding, amplifier) = (&plant.load_motor.winding, &plant.load_motor.amplifier);
+        Held {
+            motor_resistance: state.motor_resistance,
+            load_resistance: state.load_resistance,
+            voltage: induced + amplifier.voltage(input.amplifier_voltage, winding, state.load_current, state.velocity),
+            torque: plant.servo.torque(input.servo_voltage, &plant.motor, state.motor_velocity),
+        }
+    }
+
     /// The first half of a step of `dt` [s].
     #[inline(always)]
     fn first_half(&self, state: &mut MachineState<T>, input: MachineInput<T>, dt: T) -> Middle<T> {
         let plant = &self.plant;
         let (start, motor_start) = (state.velocity, state.motor_velocity);
-        let winding = &plant.load_motor.winding;
-        let (ripple, induced) = plant.load_motor.ripple.of(winding, state);
-        let held = Held {
-            motor_resistance: state.motor_resistance,
-            load_resistance: state.load_resistance,
-            voltage: induced
-                + plant.load_motor.amplifier.voltage(input.amplifier_voltage, winding, state.load_current, start),
-            torque: plant.servo.torque(input.servo_voltage, &plant.motor, state.motor_velocity),
-        };
+        let (ripple, induced) = plant.load_motor.ripple.of(&plant.load_motor.winding, state);
+        let held = self.held(state, input, induced);
         self.flow(state, held, dt);
 
         let slip = state.motor_velocity - state.velocity;

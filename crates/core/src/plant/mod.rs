@@ -4,12 +4,14 @@
 //! motion; [`VirtualMachine`] runs the steps of one tick and reads the instruments.
 
 mod backlash;
+mod glide;
 mod machine;
 mod motion;
 mod ripple;
 mod stability;
 
 pub use backlash::{Backlash, Gap};
+pub use glide::{Glide, GlidingMachine};
 pub use machine::Machine;
 pub use motion::{MachineInput, MachineState, Motion};
 pub use ripple::{MotorRipple, RippledMotor};
@@ -19,7 +21,9 @@ use crate::block::Block;
 use crate::drive::{Arm, LoadAmplifier, Servo, TwoMass, Winding};
 use crate::friction::Friction;
 use crate::scalar::Scalar;
-use crate::sensor::{Accelerometer, Converter, CurrentSensor, Encoder, EncoderState, PickupsState, Tacho};
+use crate::sensor::{
+    Accelerometer, Converter, CurrentSensor, Encoder, EncoderState, PickupsInput, PickupsState, Tacho, Voltages,
+};
 use crate::tick::Measurement;
 
 /// The virtual machine with its mismatch and its faults.
@@ -156,30 +160,39 @@ impl<T: Scalar> VirtualMachine<T> {
     /// Takes a number of steps of `dt` [s], at least one, with the inputs held: a tick of any length.
     #[inline(always)]
     pub fn take(&self, steps: usize, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
-        let Machine { plant, pickups, .. } = &self.parts;
-        let drive = MachineInput {
-            servo_voltage: plant.outputs.write(input.servo_voltage),
-            amplifier_voltage: plant.outputs.write(input.amplifier_voltage),
+        let drive = self.written(input);
+        let noise = self.acceleration_noise(input);
+        let (motion, voltages) = self.parts.go(steps, None, state, (drive, noise), dt);
+        self.readings(state, (motion, voltages), input, dt)
+    }
+
+    /// Inputs of the moving parts, behind the D/A converters.
+    #[inline(always)]
+    fn written(&self, input: PlantInput<T>) -> MachineInput<T> {
+        let outputs = &self.parts.plant.outputs;
+        MachineInput {
+            servo_voltage: outputs.write(input.servo_voltage),
+            amplifier_voltage: outputs.write(input.amplifier_voltage),
             external_torque: input.external_torque,
-        };
-        // White up to half the tick rate: variance S²·f/2, held over the tick.
-        let noise = plant.accelerometer.noise_density * self.parts.noise_bandwidth_root * input.noise.acceleration;
-        let mut voltages = Default::default();
-        let mut motion = Motion::default();
-        let vector = self.parts.contact_vector();
-        for _ in 0..steps {
-            motion = match &vector {
-                Some(contacts) => self.parts.step_in_vector(contacts, &mut state.machine, drive, dt),
-                None => self.parts.run(&mut state.machine, drive, dt),
-            };
-            let seen = crate::sensor::PickupsInput {
-                motor_velocity: motion.motor_velocity,
-                motor_angle: motion.motor_angle,
-                acceleration: motion.acceleration * plant.drive.carriage_ratio(),
-                acceleration_noise: noise,
-            };
-            voltages = pickups.run(&mut state.pickups, seen, dt);
         }
+    }
+
+    /// Noise of the accelerometer over a tick [m/s²], white up to half the tick rate: variance S²·f/2.
+    #[inline(always)]
+    fn acceleration_noise(&self, input: PlantInput<T>) -> T {
+        self.parts.plant.accelerometer.noise_density * self.parts.noise_bandwidth_root * input.noise.acceleration
+    }
+
+    /// Readings at the end of a tick.
+    #[inline(always)]
+    fn readings(
+        &self,
+        state: &mut PlantState<T>,
+        (motion, voltages): (Motion<T>, Voltages<T>),
+        input: PlantInput<T>,
+        dt: T,
+    ) -> Measurement<T> {
+        let plant = &self.parts.plant;
         let reading = plant.encoder.run(&mut state.encoder, motion.angle, dt);
         let current = plant.current_sensor.voltage(motion.load_current, input.noise.current);
         let [tacho_noise, acceleration_noise, current_noise] = input.noise.converters;
@@ -191,6 +204,44 @@ impl<T: Scalar> VirtualMachine<T> {
             accelerometer_voltage: plant.inputs.read(voltages.accelerometer, acceleration_noise),
             current_voltage: plant.inputs.read(current, current_noise),
         }
+    }
+}
+
+impl<T: Scalar> Machine<T> {
+    /// A number of steps of `dt` [s] with these inputs held, and this noise of the accelerometer [m/s²]. Returns motion
+    /// and voltages in the last step.
+    ///
+    /// In a step the tacho sees the mean velocity; `ramp` adds a share of the change of the velocity.
+    #[inline(always)]
+    fn go(
+        &self,
+        steps: usize,
+        ramp: Option<T>,
+        state: &mut PlantState<T>,
+        (drive, noise): (MachineInput<T>, T),
+        dt: T,
+    ) -> (Motion<T>, Voltages<T>) {
+        let mut seen = (Motion::default(), Voltages::default());
+        let vector = self.contact_vector();
+        for _ in 0..steps {
+            let start = state.machine.motor_velocity;
+            let motion = match &vector {
+                Some(contacts) => self.step_in_vector(contacts, &mut state.machine, drive, dt),
+                None => self.run(&mut state.machine, drive, dt),
+            };
+            let motor_velocity = match ramp {
+                Some(share) => motion.motor_velocity + share * (state.machine.motor_velocity - start),
+                None => motion.motor_velocity,
+            };
+            let input = PickupsInput {
+                motor_velocity,
+                motor_angle: motion.motor_angle,
+                acceleration: motion.acceleration * self.plant.drive.carriage_ratio(),
+                acceleration_noise: noise,
+            };
+            seen = (motion, self.pickups.run(&mut state.pickups, input, dt));
+        }
+        seen
     }
 }
 

@@ -19,6 +19,12 @@ use crate::block::Block;
 pub trait Mask<T>: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// `yes` where the mask is true, `no` elsewhere. Both are computed.
     fn select(self, yes: T, no: T) -> T;
+
+    /// Whether the mask may be true for any number: if not, the caller may skip what it selects.
+    #[inline(always)]
+    fn anywhere(self) -> bool {
+        true
+    }
 }
 
 /// A number of the signal path.
@@ -159,6 +165,11 @@ pub trait Scalar:
 }
 
 impl<T> Mask<T> for bool {
+    #[inline(always)]
+    fn anywhere(self) -> bool {
+        self
+    }
+
     #[inline(always)]
     fn select(self, yes: T, no: T) -> T {
         if self { yes } else { no }
