@@ -1,7 +1,8 @@
 /* The virtual bench and its software in hand-written C, for speed: two masses with three elasto-plastic contacts, servo,
  * load motor and its current, encoder, tacho, accelerometer and current sensor with noise and converters; velocity
  * observer, the paper's law, PI current control, P-PI cascade. The integrator is the well-balanced splitting of
- * stickslip; libm, branches on signals, reciprocals computed once, products and sums contracted where gcc does so.
+ * stickslip, with its long steps in steady sliding; libm, branches on signals, reciprocals computed once, products and
+ * sums contracted where gcc does so.
  *
  *   bench FILE SEED [OUT]: nanoseconds of the processor per tick, and the last angle; with OUT, the signals of all ticks. */
 #define _GNU_SOURCE

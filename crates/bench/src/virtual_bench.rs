@@ -1,6 +1,6 @@
 //! The virtual machine in this process, faster than real time.
 
-use stickslip_core::plant::{GlidingMachine, Plant, PlantInput, PlantState};
+use stickslip_core::plant::{GlidingMachine, Machine, Plant, PlantInput, PlantState};
 use stickslip_core::snapshot::{StateVisitor, count, fields};
 use stickslip_core::tick::Measurement;
 
@@ -26,13 +26,21 @@ pub struct InProcess {
 }
 
 impl InProcess {
-    /// The machine of a preset, at rest, with its first readings.
+    /// The machine of a preset, at rest, with its first readings. In steady sliding it takes long steps.
     ///
     /// # Errors
     /// A step too long for the virtual machine.
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<(Self, Measurement<f64>), Error> {
+        Self::of(preset, seed, GlidingMachine::new)
+    }
+
+    fn of(
+        preset: &Preset<f64>,
+        seed: u64,
+        machine: fn(Machine<f64>, f64) -> GlidingMachine<f64>,
+    ) -> Result<(Self, Measurement<f64>), Error> {
         let (steps, step) = preset.bench.plant_steps();
-        let machine = GlidingMachine::new(integrator::prepare(&preset.plant, steps, step)?, step);
+        let machine = machine(integrator::prepare(&preset.plant, steps, step)?, step);
         let ticks = Ticks::new(steps, step, preset.plant.tick_jitter);
         let mut state = PlantState::default();
         state.machine.angle = preset.plant.start_angle;
@@ -90,6 +98,16 @@ impl VirtualBench {
     /// A step too long for the virtual machine; errors of the design of observer and current control.
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
+        Self::over(&preset.model, &preset.bench, machine, readings)
+    }
+
+    /// The same bench whose machine never takes long steps, for committed studies: the results differ by the
+    /// integrator's error.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn in_short_steps(preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
+        let (machine, readings) = InProcess::of(preset, seed, GlidingMachine::in_short_steps)?;
         Self::over(&preset.model, &preset.bench, machine, readings)
     }
 

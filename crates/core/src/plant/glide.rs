@@ -41,7 +41,7 @@ pub struct GlidingMachine<T> {
 pub struct Glide<T> {
     /// Steps in a long step; 1: there are no long steps.
     #[field(fixed)]
-    pub steps: usize,
+    steps: usize,
     /// Largest relative change of a velocity in a tick that is taken in long steps; −1: none is.
     #[field(unit = "1")]
     steady: T,
@@ -60,6 +60,13 @@ impl<T: Scalar> GlidingMachine<T> {
     /// The machine of these parts, which are prepared for steps of `dt` [s].
     pub fn new(parts: Machine<T>, dt: T) -> Self {
         GlidingMachine { short: VirtualMachine { parts }, glide: Glide::new(&parts, dt) }
+    }
+
+    /// As [`new`](Self::new), without long steps.
+    pub fn in_short_steps(parts: Machine<T>, dt: T) -> Self {
+        let mut machine = Self::new(parts, dt);
+        machine.glide.steps = 1;
+        machine
     }
 
     /// True parameters.

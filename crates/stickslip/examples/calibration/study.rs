@@ -115,7 +115,7 @@ pub(crate) fn true_value(preset: &Preset<f64>, calibration: &Calibration, key: &
 pub(crate) fn experiment(name: &str, seed: u64) -> Result<(Preset<f64>, Calibration), Error> {
     let mut preset = machine(name, seed)?;
     preset.bench.plant_step = 1e-5;
-    let mut bench = VirtualBench::new(&preset, seed)?;
+    let mut bench = VirtualBench::in_short_steps(&preset, seed)?;
     home(&mut bench, &Watch::silent())?;
     let calibration = calibrate(&CalibrationPlan::default(), &mut bench, &Watch::silent())?;
     Ok((preset, calibration))

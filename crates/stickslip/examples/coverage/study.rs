@@ -19,7 +19,7 @@ pub(crate) struct Experiment {
 pub(crate) fn measure(preload: f64, seed: u64) -> Result<([f64; 4], FrictionCurve), Error> {
     let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     let plan = FrictionPlan::quick();
-    let mut bench = VirtualBench::new(&preset, seed)?;
+    let mut bench = VirtualBench::in_short_steps(&preset, seed)?;
     home(&mut bench, &Watch::silent())?;
     bench.set_preload(preload)?;
     let curve = measure_friction(&plan, &mut bench, false, &Watch::silent())?;

@@ -40,6 +40,14 @@ fn main() {
     }
     row("`clm-bench`: **WBS**", |dt| clm_bench().well_balanced(dt));
 
+    println!("\nIn ticks of 250 µs:\n");
+    println!("| case | short steps | long steps in steady sliding |\n|---|---|---|");
+    let cases = [300.0, 3000.0, 10_000.0].map(|stiffness| (format!("σ₀ = {stiffness}"), prototype(stiffness)));
+    for (name, case) in cases.into_iter().chain([("`clm-bench`".into(), clm_bench())]) {
+        let [short, long] = case.in_ticks().expect("25 µs is within the bound");
+        println!("| {name} | {short:.1e} | {long:.1e} |");
+    }
+
     println!("\nCreep of the load in rad:\n");
     println!("| load | time [s] | WBS, 25 µs | WBS, 250 µs | exponential, 25 µs |");
     println!("|---|---|---|---|---|");

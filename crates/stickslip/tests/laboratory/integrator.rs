@@ -26,6 +26,16 @@ fn the_stiff_prototype_follows_the_reference_within_a_millionth_as_well() {
 }
 
 #[test]
+fn long_steps_in_steady_sliding_keep_the_error_below_a_millionth() {
+    let stiff = [300.0, 3000.0, 10_000.0].map(prototype);
+    for case in stiff.iter().chain([&clm_bench()]) {
+        let [short, long] = case.in_ticks().expect("25 µs is within the bound");
+        assert!(long != short, "no tick was taken in long steps");
+        assert!(long <= 1e-6, "{long}, in short steps {short}");
+    }
+}
+
+#[test]
 fn the_well_balanced_step_converges_with_order_two() {
     let case = prototype(300.0);
     let errors = [1e-5, 5e-6, 2.5e-6].map(|dt| case.well_balanced(dt).expect("small"));

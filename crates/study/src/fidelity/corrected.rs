@@ -35,7 +35,7 @@ pub(super) fn correction(
     let (plan, watch) = (plan(), Watch::silent());
     let (begin, desired) = (faded_below(settings), &settings.desired);
     let preset = Preset { plant: *plant, model: cell.preset.model, bench: *settings };
-    let mut bench = VirtualBench::new(&preset, OTHER_NOISE | seed)?;
+    let mut bench = VirtualBench::in_short_steps(&preset, OTHER_NOISE | seed)?;
     let mut measured = || {
         home(&mut bench, &watch)?;
         bench.set_law(cell.law)?;

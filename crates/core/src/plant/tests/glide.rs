@@ -64,8 +64,7 @@ fn long_steps_are_as_accurate_as_short_ones() {
         worst / range
     };
     let (angles, long) = run(&machine(&plant, STEPS), STEPS);
-    let mut short = machine(&plant, STEPS);
-    short.glide.steps = 1;
+    let short = GlidingMachine::in_short_steps(plant.prepare(STEPS, STEP), STEP);
     let (error, short) = (error(&angles), error(&run(&short, STEPS).0));
     std::println!("{long} of 4000 ticks; error {error:.1e}, in short steps {short:.1e}");
     assert!(long > 1500, "{long}");
