@@ -61,7 +61,7 @@ impl MachineWithDrives {
         let steps = (PERIOD / preset.bench.plant_step - 1e-9).ceil().max(1.0);
         let step = PERIOD / steps;
         let steps = steps as usize;
-        let machine = GlidingMachine::new(integrator::prepare(&preset.plant, steps, step)?, step);
+        let machine = GlidingMachine::in_short_steps(integrator::prepare(&preset.plant, steps, step)?, step);
         let mut state = PlantState::default();
         state.machine.angle = preset.plant.start_angle;
         machine.take(steps, &mut state, PlantInput::default(), step);
