@@ -117,8 +117,8 @@ impl<T: Scalar> Glide<T> {
         let long = dt * T::of(steps as f64);
         let flow = |dt: T| half_flow(&plant.drive, &plant.load_motor.winding, plant.servo.lag, dt);
         let mut change = flow(T::of(2.0 * machine.steps as f64) * dt).map(|[_, motor, load, ..]| [motor, load]);
-        change[1][0] = change[1][0] - T::of(1.0);
-        change[2][1] = change[2][1] - T::of(1.0);
+        change[1][0] -= T::of(1.0);
+        change[2][1] -= T::of(1.0);
         let pickups = Pickups::new(plant.tacho, plant.accelerometer, long);
         // τ·dy/dt = u − y with u = mean + change·(t/h − ½), at the end of the step, for the mean and for the change.
         let lags = T::of(1.0) / (T::of(TAU) * plant.tacho.bandwidth * long);
