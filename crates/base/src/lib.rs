@@ -24,6 +24,7 @@ pub mod preset;
 pub mod quantity;
 pub mod report;
 pub mod shell;
+pub mod stability;
 pub mod statistics;
 pub mod summary;
 pub mod table;

@@ -3,6 +3,7 @@
 mod compensation;
 mod controller;
 
+use crate::stability::check_step;
 pub use compensation::{
     AdaptiveChoice, AssumedFriction, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
     FrictionObserverChoice, FriedlandParkChoice, NetworkChoice,
@@ -228,7 +229,7 @@ impl Preset<f64> {
     /// The step must be stable for the virtual machine, and resolve the jitter of the ticks.
     fn check(&self) -> Result<(), ParameterError> {
         let step = self.bench.plant_steps().1;
-        self.plant.check_step(step).map_err(|error| ParameterError { field: "bench.plant_step", ..error })?;
+        check_step(&self.plant, step).map_err(|error| ParameterError { field: "bench.plant_step", ..error })?;
         let jitter = self.plant.tick_jitter;
         if jitter > 0.0 {
             let remedy = "Jitter is a number of whole steps of the virtual machine: choose a step that is not longer \

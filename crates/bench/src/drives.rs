@@ -76,7 +76,7 @@ impl MachineWithDrives {
 
     /// Ratings of both drives, as of their amplifiers.
     pub fn ratings(&self) -> [Rating; 2] {
-        let plant = self.machine.plant();
+        let plant = &self.machine.short.parts.plant;
         let rating = |torque: f64, constant: f64| {
             let torque = (torque / OVERLOAD * 1e3).round().max(1.0) * 1e-3;
             Rating { torque, current: if constant > 0.0 { torque / constant } else { 0.0 } }
@@ -89,7 +89,7 @@ impl MachineWithDrives {
     /// One period under these torques of drive motor and load motor [N m], both in the positive direction of the screw.
     /// Returns the signals of both, and that of the accelerometer as a share of the converter's range.
     pub fn exchange(&mut self, [motor, load]: [f64; 2]) -> ([DriveSignals; 2], f64) {
-        let plant = *self.machine.plant();
+        let plant = self.machine.short.parts.plant;
         let noise = self.normals.of_tick(self.periods);
         self.periods += 1;
         let before = self.angles();
@@ -125,14 +125,14 @@ impl MachineWithDrives {
 
     /// Angle of the index between two angles, from power-on.
     fn index(&self, before: f64, after: f64) -> Option<f64> {
-        let zero = self.machine.plant().encoder.index_angle;
+        let zero = self.machine.short.parts.plant.encoder.index_angle;
         let [before, after] = [before, after].map(|angle| ((angle - zero) / TAU).floor());
         (before != after).then(|| before.max(after) * TAU + zero - self.start)
     }
 
     /// Input of the load amplifier for a torque. The load motor's torque constant counts against the screw.
     fn load_voltage(&self, torque: f64) -> f64 {
-        let load = self.machine.plant().load_motor;
+        let load = &self.machine.short.parts.plant.load_motor;
         let winding = &load.winding;
         if winding.torque_constant <= 0.0 {
             return 0.0;

@@ -70,7 +70,7 @@ impl Io for InProcess {
     fn keep(&mut self, keep: &mut dyn StateVisitor) {
         // Its parts and the seed are given by the preset and the run.
         let InProcess { machine, state, normals: _, ticks: _, step: _, cycle } = self;
-        let mut preload = machine.plant().wheel.preload;
+        let mut preload = machine.short.parts.plant.wheel.preload;
         keep.number(&mut preload);
         machine.set_preload(preload);
         fields(keep, state);
@@ -84,7 +84,7 @@ impl Io for InProcess {
     }
 
     fn preload(&self) -> f64 {
-        self.machine.plant().wheel.preload
+        self.machine.short.parts.plant.wheel.preload
     }
 }
 
@@ -113,6 +113,6 @@ impl VirtualBench {
 
     /// True parameters of the virtual machine. Measurements must not use them.
     pub fn true_plant(&self) -> &Plant<f64> {
-        self.machine.machine.plant()
+        &self.machine.machine.short.parts.plant
     }
 }

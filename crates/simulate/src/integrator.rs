@@ -16,6 +16,7 @@ use stickslip_core::friction::{Bristle, rate};
 use stickslip_core::plant::{Machine, Plant};
 
 use stickslip_base::Error;
+use stickslip_base::stability::check_step;
 
 /// Steps of a virtual machine in the widest vectors of the processor, with the bits of [`GlidingMachine::take`].
 ///
@@ -24,7 +25,7 @@ pub use stickslip_wide::take;
 
 /// Prepares a plant for steps of `dt` [s], of which a tick has `steps`; refuses a step beyond the plant's bound.
 pub fn prepare(plant: &Plant<f64>, steps: usize, dt: f64) -> Result<Machine<f64>, Error> {
-    plant.check_step(dt).map_err(|law| SimulateError::StepTooLarge {
+    check_step(plant, dt).map_err(|law| SimulateError::StepTooLarge {
         scheme: "well-balanced",
         step: law.value,
         largest: law.bound,

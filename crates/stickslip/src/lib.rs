@@ -19,7 +19,9 @@
 #![forbid(unsafe_code)]
 
 pub use stickslip_base::{Error, Summary, Watch};
-pub use stickslip_base::{figure, filter, noise, output, parameters, quantity, report, shell, summary, units, watch};
+pub use stickslip_base::{
+    figure, filter, noise, output, parameters, quantity, report, shell, stability, summary, units, watch,
+};
 pub use stickslip_bench as bench;
 pub use stickslip_bench::BenchError;
 pub use stickslip_bench::{external, realtime, run, tuning};

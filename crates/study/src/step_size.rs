@@ -7,6 +7,7 @@
 use super::Work;
 use super::cases::Measured;
 use stickslip_base::preset::Preset;
+use stickslip_base::stability::largest_step;
 use stickslip_base::{Error, Watch};
 
 /// Finest step [s].
@@ -86,7 +87,7 @@ impl Work {
 /// Fewest steps of a tick, a power of two, that the machine admits and that resolve the jitter of its ticks.
 pub(super) fn coarsest(preset: &Preset<f64>) -> u64 {
     let (tick, jitter) = (preset.bench.tick_time(), preset.plant.tick_jitter);
-    let longest = preset.plant.largest_step().min(if jitter > 0.0 { jitter } else { tick });
+    let longest = largest_step(&preset.plant).min(if jitter > 0.0 { jitter } else { tick });
     // A deviation from a whole number within rounding is not another step.
     let steps = (tick / longest - 1e-9).ceil().clamp(1.0, (tick / FINEST).max(1.0));
     (steps as u64).max(1).next_power_of_two()

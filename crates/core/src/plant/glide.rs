@@ -21,11 +21,9 @@ const MOST: usize = 5;
 /// Largest change of the velocities in a tick, and largest rate of the bristles, both as a share of the velocity.
 const STEADY: f64 = 0.01;
 
-/// Largest phase of the coupling's free vibration in a long step [rad], as in the bound of a step.
-const COUPLING_PHASE: f64 = 0.5;
-
-/// Largest share of a velocity that viscous friction takes away in a long step.
-const VISCOUS_SHARE: f64 = 0.5;
+/// Largest phase of the coupling's free vibration in a long step [rad], as in the bound of a step, and largest share of a
+/// velocity that viscous friction takes away in it.
+const SMALL: f64 = 0.5;
 
 /// A virtual machine that takes long steps in steady sliding.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -69,11 +67,6 @@ impl<T: Scalar> GlidingMachine<T> {
         machine
     }
 
-    /// True parameters.
-    pub fn plant(&self) -> &Plant<T> {
-        &self.short.parts.plant
-    }
-
     /// Presses the linings of the wheel: factor of its friction, 0 to 1.
     pub fn set_preload(&mut self, preload: T) {
         self.short.parts.plant.wheel.preload = preload;
@@ -83,15 +76,15 @@ impl<T: Scalar> GlidingMachine<T> {
     /// As [`VirtualMachine::take`], in long steps if the machine slides steadily.
     #[inline(always)]
     pub fn take(&self, steps: usize, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
-        let drive = self.short.written(input);
+        let held = self.short.held(input);
         let (long, rest) = (steps / self.glide.steps, steps % self.glide.steps);
-        let steady = self.glide.is_steady(&self.short.parts, &state.machine, drive);
+        let steady = self.glide.is_steady(&self.short.parts, &state.machine, held.0);
         if long == 0 || !steady.anywhere() {
             return self.short.take(steps, state, input, dt);
         }
-        let held = (drive, self.short.acceleration_noise(input));
         let mut glided = *state;
-        let mut seen = self.glide.parts.go(long, Some(self.glide.ramp), &mut glided, held, self.glide.length(dt));
+        let mut seen =
+            self.glide.parts.go(long, Some(self.glide.ramp), &mut glided, held, dt * T::of(self.glide.steps as f64));
         if rest > 0 {
             seen = self.short.parts.go(rest, None, &mut glided, held, dt);
         }
@@ -126,12 +119,6 @@ impl<T: Scalar> Glide<T> {
         let parts = Machine { half_flow: flow(long), pickups, ..*machine };
         let steady = stable(plant, long).select(T::of(STEADY), T::of(-1.0));
         Glide { steps, steady, parts, change, ramp }
-    }
-
-    /// Length of a long step [s], for short ones of `dt` [s].
-    #[inline(always)]
-    fn length(&self, dt: T) -> T {
-        dt * T::of(self.steps as f64)
     }
 
     /// Whether the machine slides steadily during a tick from this state: with the friction held, neither velocity
@@ -177,10 +164,9 @@ fn stable<T: Scalar>(plant: &Plant<T>, dt: T) -> T::Mask {
     let phase_squared =
         dt * dt * drive.coupling_stiffness * drive.inertia() / (drive.motor_inertia * drive.load_inertia);
     let load = plant.screw_friction.viscous() + plant.wheel.friction.viscous();
-    let most = T::of(VISCOUS_SHARE);
-    phase_squared.le(T::of(COUPLING_PHASE * COUPLING_PHASE))
-        & (load * dt).le(most * drive.load_inertia)
-        & (plant.motor_friction.viscous() * dt).le(most * drive.motor_inertia)
+    phase_squared.le(T::of(SMALL * SMALL))
+        & (load * dt).le(T::of(SMALL) * drive.load_inertia)
+        & (plant.motor_friction.viscous() * dt).le(T::of(SMALL) * drive.motor_inertia)
 }
 
 #[cfg(test)]

@@ -8,7 +8,6 @@ mod glide;
 mod machine;
 mod motion;
 mod ripple;
-mod stability;
 
 pub use backlash::{Backlash, Gap};
 pub use glide::{Glide, GlidingMachine};
@@ -160,38 +159,27 @@ impl<T: Scalar> VirtualMachine<T> {
     /// Takes a number of steps of `dt` [s], at least one, with the inputs held: a tick of any length.
     #[inline(always)]
     pub fn take(&self, steps: usize, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
-        let drive = self.written(input);
-        let noise = self.acceleration_noise(input);
-        let (motion, voltages) = self.parts.go(steps, None, state, (drive, noise), dt);
-        self.readings(state, (motion, voltages), input, dt)
+        let seen = self.parts.go(steps, None, state, self.held(input), dt);
+        self.readings(state, seen, input, dt)
     }
 
-    /// Inputs of the moving parts, behind the D/A converters.
+    /// Inputs held over a tick: those of the moving parts, behind the D/A converters, and the noise of the accelerometer
+    /// [m/s²], white up to half the tick rate: variance S²·f/2.
     #[inline(always)]
-    fn written(&self, input: PlantInput<T>) -> MachineInput<T> {
-        let outputs = &self.parts.plant.outputs;
-        MachineInput {
-            servo_voltage: outputs.write(input.servo_voltage),
-            amplifier_voltage: outputs.write(input.amplifier_voltage),
+    fn held(&self, input: PlantInput<T>) -> (MachineInput<T>, T) {
+        let Machine { plant, noise_bandwidth_root, .. } = &self.parts;
+        let drive = MachineInput {
+            servo_voltage: plant.outputs.write(input.servo_voltage),
+            amplifier_voltage: plant.outputs.write(input.amplifier_voltage),
             external_torque: input.external_torque,
-        }
-    }
-
-    /// Noise of the accelerometer over a tick [m/s²], white up to half the tick rate: variance S²·f/2.
-    #[inline(always)]
-    fn acceleration_noise(&self, input: PlantInput<T>) -> T {
-        self.parts.plant.accelerometer.noise_density * self.parts.noise_bandwidth_root * input.noise.acceleration
+        };
+        (drive, plant.accelerometer.noise_density * *noise_bandwidth_root * input.noise.acceleration)
     }
 
     /// Readings at the end of a tick.
     #[inline(always)]
-    fn readings(
-        &self,
-        state: &mut PlantState<T>,
-        (motion, voltages): (Motion<T>, Voltages<T>),
-        input: PlantInput<T>,
-        dt: T,
-    ) -> Measurement<T> {
+    fn readings(&self, state: &mut PlantState<T>, seen: Seen<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
+        let (motion, voltages) = seen;
         let plant = &self.parts.plant;
         let reading = plant.encoder.run(&mut state.encoder, motion.angle, dt);
         let current = plant.current_sensor.voltage(motion.load_current, input.noise.current);
@@ -207,11 +195,12 @@ impl<T: Scalar> VirtualMachine<T> {
     }
 }
 
+/// Motion and voltages of the pickups in a step.
+type Seen<T> = (Motion<T>, Voltages<T>);
+
 impl<T: Scalar> Machine<T> {
-    /// A number of steps of `dt` [s] with these inputs held, and this noise of the accelerometer [m/s²]. Returns motion
-    /// and voltages in the last step.
-    ///
-    /// In a step the tacho sees the mean velocity; `ramp` adds a share of the change of the velocity.
+    /// A number of steps of `dt` [s] with inputs and noise held; returns the last one. The tacho sees the mean velocity of
+    /// a step, and the share `ramp` of its change.
     #[inline(always)]
     fn go(
         &self,
@@ -220,8 +209,8 @@ impl<T: Scalar> Machine<T> {
         state: &mut PlantState<T>,
         (drive, noise): (MachineInput<T>, T),
         dt: T,
-    ) -> (Motion<T>, Voltages<T>) {
-        let mut seen = (Motion::default(), Voltages::default());
+    ) -> Seen<T> {
+        let mut seen = Seen::default();
         let vector = self.contact_vector();
         for _ in 0..steps {
             let start = state.machine.motor_velocity;

@@ -13,9 +13,10 @@
 //! sliding: a falling Stribeck branch keeps its physical instability, and no numerical one is added. An elastic arm
 //! counts twice. Computed by `tests/reference/integrator/stability.py`; `docs/integrator.md` has the numbers.
 
-use super::{Arm, Plant, square_root};
-use crate::fields::{ParameterError, at_most};
-use crate::friction::Friction;
+use stickslip_core::drive::Arm;
+use stickslip_core::fields::{ParameterError, at_most};
+use stickslip_core::friction::Friction;
+use stickslip_core::plant::Plant;
 
 /// Largest phase of the coupling's free vibration in a step [rad].
 const COUPLING_PHASE: f64 = 0.5;
@@ -45,63 +46,61 @@ impl Stiff {
     /// The step at which a + 2·b = 4 [s]; very large without stiffness and damping.
     fn largest_step(self) -> f64 {
         let square = self.damping * self.damping + 4.0 * self.stiffness;
-        4.0 / (self.damping + square_root(square + f64::MIN_POSITIVE))
+        4.0 / (self.damping + (square + f64::MIN_POSITIVE).sqrt())
     }
 }
 
-impl Plant<f64> {
-    /// The largest stable step [s], and the remedy if it is too small.
-    fn step_bound(&self) -> (f64, &'static str) {
-        let drive = &self.drive;
-        let torque = self.servo.torque_limit;
-        let screw = Stiff::of(&self.screw_friction, 1.0, OVERSHOOT * torque, drive.load_inertia);
-        let wheel = Stiff::of(&self.wheel.friction, self.wheel.preload, OVERSHOOT * torque, drive.load_inertia);
-        let arm = match self.arm {
-            Arm::Nothing => Stiff { stiffness: 0.0, damping: 0.0 },
-            Arm::Elastic(arm) => {
-                let twice = 2.0 * (1.0 / arm.inertia + 1.0 / drive.load_inertia);
-                Stiff { stiffness: twice * arm.stiffness, damping: twice * arm.damping }
-            }
-        };
-        let brush = Stiff::of(&self.motor_friction, 1.0, torque, drive.motor_inertia);
-        let coupling = drive.coupling_stiffness * (1.0 / drive.motor_inertia + 1.0 / drive.load_inertia);
-        let bounds = [
-            (
-                screw.plus(wheel).plus(arm).largest_step(),
-                "The load, stuck on its bristles, would ring and grow: take a smaller step, softer or less damped \
-                 bristles on screw, wheel and arm, or a larger load inertia.",
-            ),
-            (
-                brush.largest_step(),
-                "The motor, stuck on its bristles, would ring and grow: take a smaller step, softer or less damped \
-                 bristles of the motor, or a larger motor inertia.",
-            ),
-            (
-                COUPLING_PHASE / square_root(coupling),
-                "The step is too coarse for the vibration of the coupling: take a smaller step or a softer coupling.",
-            ),
-        ];
-        let [first, others @ ..] = bounds;
-        others.into_iter().fold(first, |least, bound| if bound.0 < least.0 { bound } else { least })
-    }
+/// The largest stable step [s], and the remedy if it is too small.
+fn step_bound(plant: &Plant<f64>) -> (f64, &'static str) {
+    let drive = &plant.drive;
+    let torque = plant.servo.torque_limit;
+    let screw = Stiff::of(&plant.screw_friction, 1.0, OVERSHOOT * torque, drive.load_inertia);
+    let wheel = Stiff::of(&plant.wheel.friction, plant.wheel.preload, OVERSHOOT * torque, drive.load_inertia);
+    let arm = match plant.arm {
+        Arm::Nothing => Stiff { stiffness: 0.0, damping: 0.0 },
+        Arm::Elastic(arm) => {
+            let twice = 2.0 * (1.0 / arm.inertia + 1.0 / drive.load_inertia);
+            Stiff { stiffness: twice * arm.stiffness, damping: twice * arm.damping }
+        }
+    };
+    let brush = Stiff::of(&plant.motor_friction, 1.0, torque, drive.motor_inertia);
+    let coupling = drive.coupling_stiffness * (1.0 / drive.motor_inertia + 1.0 / drive.load_inertia);
+    let bounds = [
+        (
+            screw.plus(wheel).plus(arm).largest_step(),
+            "The load, stuck on its bristles, would ring and grow: take a smaller step, softer or less damped \
+             bristles on screw, wheel and arm, or a larger load inertia.",
+        ),
+        (
+            brush.largest_step(),
+            "The motor, stuck on its bristles, would ring and grow: take a smaller step, softer or less damped \
+             bristles of the motor, or a larger motor inertia.",
+        ),
+        (
+            COUPLING_PHASE / coupling.sqrt(),
+            "The step is too coarse for the vibration of the coupling: take a smaller step or a softer coupling.",
+        ),
+    ];
+    let [first, others @ ..] = bounds;
+    others.into_iter().fold(first, |least, bound| if bound.0 < least.0 { bound } else { least })
+}
 
-    /// The largest step [s] at which no bristle, viscous friction, arm or coupling is numerically unstable.
-    pub fn largest_step(&self) -> f64 {
-        self.step_bound().0
-    }
+/// The largest step [s] at which no bristle, viscous friction, arm or coupling is numerically unstable.
+pub fn largest_step(plant: &Plant<f64>) -> f64 {
+    step_bound(plant).0
+}
 
-    /// `Err` if a step [s] is beyond [`largest_step`](Self::largest_step), with what bounds it.
-    pub fn check_step(&self, step: f64) -> Result<(), ParameterError> {
-        let (bound, remedy) = self.step_bound();
-        at_most("plant_step", step, bound, remedy).check()
-    }
+/// `Err` if a step [s] is beyond [`largest_step`], with what bounds it.
+pub fn check_step(plant: &Plant<f64>, step: f64) -> Result<(), ParameterError> {
+    let (bound, remedy) = step_bound(plant);
+    at_most("plant_step", step, bound, remedy).check()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::ElasticArm;
-    use crate::friction::{ElastoPlastic, Load, LuGre, Model, Static, Stribeck};
+    use stickslip_core::drive::ElasticArm;
+    use stickslip_core::friction::{ElastoPlastic, Load, LuGre, Model, Static, Stribeck};
 
     const STEP: f64 = 25e-6;
 
@@ -112,25 +111,25 @@ mod tests {
 
     #[test]
     fn the_default_machine_may_take_the_default_step() {
-        assert!(Plant::default().check_step(STEP).is_ok());
+        assert!(check_step(&Plant::default(), STEP).is_ok());
     }
 
     #[test]
     fn a_bristle_too_stiff_or_too_damped_for_the_step_is_refused() {
         for (stiffness, damping) in [(1e7, 1.0), (300.0, 1e3)] {
             let mut on_load = Plant { screw_friction: friction(stiffness, damping), ..Plant::default() };
-            let error = on_load.check_step(STEP).expect_err("beyond a + 2·b = 4");
-            assert_eq!((error.field, error.value, error.bound), ("plant_step", STEP, on_load.largest_step()));
+            let error = check_step(&on_load, STEP).expect_err("beyond a + 2·b = 4");
+            assert_eq!((error.field, error.value, error.bound), ("plant_step", STEP, largest_step(&on_load)));
             assert!(error.remedy.contains("load"), "{}", error.remedy);
             // A step at the bound, a + 2·b = 4 without the bristles of the wheel, is accepted.
             on_load.wheel.preload = 0.0;
-            let step = on_load.largest_step();
+            let step = largest_step(&on_load);
             let (stiffness, damping) = on_load.screw_friction.stiffest();
             let reached = (stiffness * step * step + 2.0 * damping * step) / on_load.drive.load_inertia;
             assert!((reached - 4.0).abs() <= 1e-12, "{reached}");
-            assert!(on_load.check_step(step).is_ok());
+            assert!(check_step(&on_load, step).is_ok());
             let on_motor = Plant { motor_friction: friction(stiffness, damping), ..Plant::default() };
-            assert!(on_motor.check_step(STEP).expect_err("the motor rings").remedy.contains("motor"));
+            assert!(check_step(&on_motor, STEP).expect_err("the motor rings").remedy.contains("motor"));
         }
     }
 
@@ -138,15 +137,15 @@ mod tests {
     fn viscous_friction_bounds_the_step_as_well() {
         let sliding = Stribeck { viscous_friction: 50.0, ..Stribeck::default() };
         let friction = Friction { model: Model::Static(Static { sliding }), ..Friction::default() };
-        assert!(Plant { screw_friction: friction, ..Plant::default() }.check_step(STEP).is_err());
+        assert!(check_step(&Plant { screw_friction: friction, ..Plant::default() }, STEP).is_err());
     }
 
     #[test]
     fn load_dependent_friction_counts_with_the_largest_load() {
         let mut plant = Plant { screw_friction: friction(3000.0, 1.0), ..Plant::default() };
-        let light = plant.largest_step();
+        let light = largest_step(&plant);
         plant.screw_friction.load = Load { sensitivity: 10.0 };
-        assert!(plant.largest_step() < 0.1 * light);
+        assert!(largest_step(&plant) < 0.1 * light);
     }
 
     #[test]
@@ -154,14 +153,14 @@ mod tests {
         let mut plant = Plant::default();
         plant.drive.coupling_stiffness = 5000.0;
         plant.drive.motor_inertia = 1e-6;
-        assert!(plant.check_step(STEP).expect_err("71 000 1/s").remedy.contains("coupling"));
+        assert!(check_step(&plant, STEP).expect_err("71 000 1/s").remedy.contains("coupling"));
         let arm = ElasticArm { inertia: 1e-8, stiffness: 1e4, damping: 0.0, rigid_inertia: 0.0 };
         let plant = Plant { arm: Arm::Elastic(arm), ..Plant::default() };
-        assert!(plant.check_step(STEP).expect_err("1e6 1/s").remedy.contains("arm"));
+        assert!(check_step(&plant, STEP).expect_err("1e6 1/s").remedy.contains("arm"));
     }
 
     #[test]
     fn a_non_finite_step_is_refused() {
-        assert!(Plant::default().check_step(f64::NAN).is_err());
+        assert!(check_step(&Plant::default(), f64::NAN).is_err());
     }
 }
