@@ -159,9 +159,8 @@ fn long_steps_give_the_lag_of_the_tacho_exactly() {
     let lag = 1.0 / (TAU * plant.tacho.bandwidth);
     let servo_voltage = plant.outputs.write(10.0 * plant.drive.inertia() / plant.servo.torque_per_volt);
     let drive = MachineInput { servo_voltage, ..MachineInput::default() };
-    let (motor_velocity, velocity) = (30.0, 30.0);
-    let machine = MachineState { motor_velocity, velocity, ..MachineState::default() };
-    let mut state = PlantState { machine, ..PlantState::default() };
+    let turning = MachineState { motor_velocity: 30.0, velocity: 30.0, ..MachineState::default() };
+    let mut state = PlantState { machine: turning, ..PlantState::default() };
     let (mut before, mut long) = (0.0, 0);
     for _ in 0..4000 {
         before = state.machine.motor_velocity;
