@@ -140,6 +140,10 @@ pub struct Settings<T> {
     pub law: LawChoice<T>,
     /// Elastic arm that is rendered in addition to friction; the carriage does not carry it.
     pub arm: Arm<T>,
+    /// Whether the load motor's amplifier takes a torque and has its own current control, as a servo drive on a fieldbus;
+    /// otherwise it takes a voltage.
+    #[field(unit = "1", flag)]
+    pub torque_amplifier: T,
     /// Half width of the fade-out interval of the paper's law.
     #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
     pub fade_velocity: T,

@@ -74,9 +74,38 @@ pub enum BenchError {
         /// Available faults.
         remedy: String,
     },
+    /// The virtual machine, with a bench for an amplifier that takes a torque.
+    #[error(
+        "bench.torque_amplifier is set, but the load amplifier of the virtual machine takes a voltage. For the virtual \
+         machine use --set bench.torque_amplifier=false; servo drives need --io ethercat:INTERFACE."
+    )]
+    TorqueAmplifier,
+    /// Servo drives, with a bench for an amplifier that takes a voltage.
+    #[error(
+        "servo drives take a torque, but bench.torque_amplifier is not set. Use --set bench.torque_amplifier=true: the \
+         drive's own current control then replaces that of the bench."
+    )]
+    VoltageAmplifier,
+    /// A machine on EtherCAT, in a program or for a command without a main device.
+    #[error("ethercat:{interface}: {reason}")]
+    Fieldbus {
+        /// The interface.
+        interface: String,
+        /// Cause and remedy.
+        reason: String,
+    },
     /// A cycle that cannot run in real time.
     #[error(transparent)]
     RealTime(#[from] stickslip_rt::PlanError),
+}
+
+impl BenchError {
+    /// The program has no main device for this interface.
+    pub fn without_main_device(interface: &str) -> Self {
+        let reason = "this program was built without the EtherCAT main device. Install it with \
+            `cargo install --path crates/app --features ethercat`, on Linux.";
+        BenchError::Fieldbus { interface: interface.into(), reason: reason.into() }
+    }
 }
 
 impl From<BenchError> for stickslip_base::Error {

@@ -2,14 +2,16 @@
 
 use crate::BenchError;
 use std::sync::Arc;
+use std::sync::atomic::AtomicI64;
 
 use stickslip_core::snapshot::StateVisitor;
 use stickslip_core::tick::Measurement;
 use stickslip_software::cycle::{Software, Voltages};
+use stickslip_software::supervise::MachineFault;
 
 use super::Injection;
 use super::remote::{LinkFault, Traffic};
-use stickslip_base::Error;
+use stickslip_base::{Error, Preset};
 
 /// A machine behind converters and counters: in this process, in another process, or physical.
 pub trait Io {
@@ -28,9 +30,24 @@ pub trait Io {
         self.exchange(voltages).map(Some)
     }
 
+    /// In real time, at the end of a tick: the voltages that [`start`](Io::start) gets next. A machine whose frames take
+    /// time sends them now, and not then.
+    fn announce(&mut self, _voltages: Voltages<f64>) {}
+
     /// In real time, at the start of a tick: the readings at the end of the last started tick.
     fn finish(&mut self) -> Arrival {
         Arrival::Missing
+    }
+
+    /// In real time, before [`start`](Io::start): whether the drives are to be on. Returns false while they switch on;
+    /// commands wait meanwhile.
+    fn switch(&mut self, _on: bool) -> bool {
+        true
+    }
+
+    /// Shift of the ticks that the machine asks for [ns], to follow its clock.
+    fn tick_shift(&self) -> Option<Arc<AtomicI64>> {
+        None
     }
 
     /// Traffic on the link to the machine, if there is one.
@@ -77,6 +94,65 @@ pub enum Arrival {
     Missing,
     /// The machine has restarted and does not know this bench.
     Restarted,
+    /// A device of the machine failed: the bench stops. A wrong working counter is a missing reading first.
+    Failed(MachineFault),
+}
+
+/// Opens a machine on a fieldbus: parameters, and the address without its scheme. Returns the readings at rest.
+pub type OpenFieldbus = fn(&Preset<f64>, &str) -> Result<(Box<dyn Io + Send>, Measurement<f64>), Error>;
+
+impl Io for Box<dyn Io + Send> {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        (**self).exchange(voltages)
+    }
+
+    fn start(&mut self, tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
+        (**self).start(tick, voltages)
+    }
+
+    fn announce(&mut self, voltages: Voltages<f64>) {
+        (**self).announce(voltages);
+    }
+
+    fn finish(&mut self) -> Arrival {
+        (**self).finish()
+    }
+
+    fn switch(&mut self, on: bool) -> bool {
+        (**self).switch(on)
+    }
+
+    fn tick_shift(&self) -> Option<Arc<AtomicI64>> {
+        (**self).tick_shift()
+    }
+
+    fn traffic(&self) -> Option<Arc<Traffic>> {
+        (**self).traffic()
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        (**self).set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        (**self).preload()
+    }
+
+    fn waits(&self) -> bool {
+        (**self).waits()
+    }
+
+    fn inject(&mut self, injection: Injection) -> Result<(), Error> {
+        (**self).inject(injection)
+    }
+
+    fn keep(&mut self, visitor: &mut dyn StateVisitor) {
+        (**self).keep(visitor);
+    }
+
+    fn disturb(&mut self, software: &mut Software) {
+        (**self).disturb(software);
+    }
 }
 
 /// Checks a preload.

@@ -41,6 +41,7 @@ mod lockstep;
 pub mod realtime;
 pub mod remote;
 pub mod run;
+mod servo;
 mod speed_ramp;
 pub mod tap;
 pub mod tuning;
@@ -52,11 +53,12 @@ pub use drives::{DriveSignals, MachineWithDrives, Rating};
 pub use error::BenchError;
 pub use faults::{Faulty, FaultyBench, Injection};
 pub use homing::home;
-pub use io::{Arrival, Io};
+pub use io::{Arrival, Io, OpenFieldbus, check_preload};
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;
+pub use servo::{ServoScaling, ServoSignals};
 pub use speed_ramp::SpeedRamp;
-pub use stickslip_rt::{Cpu, ThreadSettings, keep_off};
+pub use stickslip_rt::{Cpu, ThreadSettings, hurry, keep_off};
 pub use stickslip_software::cycle::Voltages;
 pub use virtual_bench::{InProcess, VirtualBench};
 
@@ -158,7 +160,7 @@ pub trait Bench {
     /// Errors of the design of the current control.
     fn set_law(&mut self, law: Law<f64>) -> Result<(), Error> {
         let mut parameters = *self.parameters();
-        parameters.tick.current = design::load_current_control(&law, self.model(), self.settings())?;
+        parameters.tick.current = design::bench_current_control(&law, self.model(), self.settings())?;
         parameters.tick.law = law;
         self.change(Change::Parameters(parameters))
     }

@@ -4,6 +4,7 @@ use stickslip_core::plant::{GlidingMachine, Machine, Plant, PlantInput, PlantSta
 use stickslip_core::snapshot::{StateVisitor, count, fields};
 use stickslip_core::tick::Measurement;
 
+use super::BenchError;
 use super::io::{Io, check_preload};
 use super::lockstep::LockstepBench;
 use super::remote::LinkFault;
@@ -29,7 +30,7 @@ impl InProcess {
     /// The machine of a preset, at rest, with its first readings. In steady sliding it takes long steps.
     ///
     /// # Errors
-    /// A step too long for the virtual machine.
+    /// A step too long for the virtual machine; [`BenchError::TorqueAmplifier`].
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<(Self, Measurement<f64>), Error> {
         Self::of(preset, seed, GlidingMachine::new)
     }
@@ -39,6 +40,9 @@ impl InProcess {
         seed: u64,
         machine: fn(Machine<f64>, f64) -> GlidingMachine<f64>,
     ) -> Result<(Self, Measurement<f64>), Error> {
+        if preset.bench.torque_amplifier > 0.5 {
+            return Err(BenchError::TorqueAmplifier.into());
+        }
         let (steps, step) = preset.bench.plant_steps();
         let machine = machine(integrator::prepare(&preset.plant, steps, step)?, step);
         let ticks = Ticks::new(steps, step, preset.plant.tick_jitter);

@@ -8,13 +8,17 @@ use stickslip_software::cycle::Parameters;
 use stickslip_software::supervise::Brake;
 
 use super::{
-    arm_rendering, axis_control, current_control, predictive_current_control, speed_holder, velocity_observer,
+    DesignError, arm_rendering, axis_control, current_control, predictive_current_control, speed_holder,
+    velocity_observer,
 };
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
 /// Share of a current's deviation corrected in a sample.
 const SHARE: f64 = 0.7;
+
+/// Resistance in the current control of an amplifier that takes a torque [Ω].
+const DIRECT: f64 = 1e6;
 
 /// The software for the model of the machine and the settings of the bench; the rendering law is off.
 ///
@@ -40,8 +44,9 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
 /// # Errors
 /// As [`software`] and [`brake`].
 pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parameters<f64>, Error> {
+    let current = bench_current_control(&Law::Off, model, settings)?;
     Ok(Parameters {
-        tick: software(model, settings)?,
+        tick: Tick { current, ..software(model, settings)? },
         safety: settings.safety,
         brake: brake(model, settings)?,
         drive_torque_constant: model.motor.torque_constant,
@@ -90,6 +95,36 @@ pub fn load_current_control(
             current_control(base, winding.resistance, winding.inductance, dt)
         }
     }
+}
+
+/// The same for the amplifier of the bench. One that takes a torque has its own current control: its input is the
+/// reference of the current, 1 V for 1 A. Simulations assume that it is as fast as ours.
+///
+/// # Errors
+/// As [`load_current_control`]; [`DesignError::VoltageLaw`].
+pub fn bench_current_control(
+    law: &Law<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> Result<CurrentControl<f64>, Error> {
+    let control = load_current_control(law, model, settings)?;
+    if settings.torque_amplifier < 0.5 {
+        return Ok(control);
+    }
+    if matches!(law, Law::Bristle(_) | Law::Admittance(_)) {
+        return Err(DesignError::VoltageLaw.into());
+    }
+    // u = K_p·(i_ref − i) + R·i − K_L·Ω with K_p = R: at this resistance the back-EMF is nothing, and 1 V is 1 A.
+    let limit = control.current_limit;
+    Ok(CurrentControl {
+        proportional_gain: DIRECT,
+        resistance: DIRECT,
+        integral_gain: 0.0,
+        amplifier_gain: DIRECT,
+        voltage_limit: DIRECT * limit,
+        converter_limit: limit,
+        ..control
+    })
 }
 
 /// The paper's law for this desired characteristic, up to the torque of the load motor's largest current.

@@ -20,7 +20,7 @@ use stickslip_bench::remote::Address;
 use stickslip_bench::run::{About, RunWriter};
 use stickslip_bench::tap::{Stream, tap};
 use stickslip_bench::tuning::{Loaded, Tuning};
-use stickslip_bench::{Bench as _, ClockedBench, Faulty, InProcess, refusals};
+use stickslip_bench::{Bench as _, BenchError, ClockedBench, Faulty, InProcess, OpenFieldbus, refusals};
 
 /// Length of the listener's buffer [s]; after a longer delay, cycles are lost.
 const ROOM: f64 = 4.0;
@@ -35,6 +35,8 @@ pub struct Start {
     pub source: Source,
     /// Address of its machine; `None`: in this process.
     pub io: Option<Address>,
+    /// Opens a machine on a fieldbus; `None`: the program has no main device.
+    pub fieldbus: Option<OpenFieldbus>,
     /// Seed of the noise of the virtual machine in this process.
     pub seed: u64,
     /// Requested settings of the real-time thread.
@@ -59,6 +61,7 @@ impl Start {
         Start {
             source,
             io: None,
+            fieldbus: None,
             seed: 1,
             thread_settings,
             project,
@@ -160,6 +163,11 @@ impl Start {
     fn connect(&self, preset: &Preset<f64>) -> Result<(ClockedBench, Stream), Error> {
         let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
         let bench = match &self.io {
+            Some(Address::Ethercat(interface)) => {
+                let open = self.fieldbus.ok_or_else(|| BenchError::without_main_device(interface))?;
+                let (machine, readings) = open(preset, interface)?;
+                ClockedBench::over(preset, machine, readings, self.thread_settings, Some(tap))?
+            }
             Some(address) => ClockedBench::connect(preset, address, self.thread_settings, Some(tap))?,
             None => {
                 let (machine, readings) = InProcess::new(preset, self.seed)?;

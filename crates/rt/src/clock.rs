@@ -1,7 +1,8 @@
 //! Clocks of the executive: time, and waiting for a deadline.
 
+use std::cell::Cell;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::time::Duration;
 
 use crate::system;
@@ -51,6 +52,39 @@ impl Clock for MonotonicClock {
     }
 }
 
+/// A monotonic clock whose deadlines follow another clock, for example that of a fieldbus: another thread sets how much
+/// later the deadlines are.
+#[derive(Clone, Debug, Default)]
+pub struct ShiftedClock {
+    /// The clock of the system.
+    pub clock: MonotonicClock,
+    /// Shift of all deadlines [ns].
+    pub shift: Arc<AtomicI64>,
+    /// The shift since the last wait: between two waits time must not go back.
+    active: Cell<i64>,
+}
+
+impl ShiftedClock {
+    /// A clock with this shift.
+    pub fn new(clock: MonotonicClock, shift: Arc<AtomicI64>) -> Self {
+        ShiftedClock { clock, shift, active: Cell::new(0) }
+    }
+}
+
+impl Clock for ShiftedClock {
+    #[inline]
+    fn now(&self) -> Nanoseconds {
+        self.clock.now().saturating_add_signed(-self.active.get())
+    }
+
+    #[inline]
+    fn wait_until(&self, deadline: Nanoseconds) -> Nanoseconds {
+        self.active.set(self.shift.load(Ordering::Relaxed));
+        self.clock.wait_until(deadline.saturating_add_signed(self.active.get()));
+        self.now().max(deadline)
+    }
+}
+
 /// A clock that advances only on request, for deterministic tests of lateness and overruns.
 #[derive(Clone, Debug, Default)]
 pub struct SimulatedClock(Arc<AtomicU64>);
@@ -87,6 +121,19 @@ mod tests {
                 assert!(woke >= deadline && clock.now() >= woke);
             }
         }
+    }
+
+    #[test]
+    fn deadlines_are_shifted_from_the_next_wait_on() {
+        let clock = ShiftedClock::new(MonotonicClock::default(), Arc::default());
+        let first = clock.wait_until(clock.now() + 100_000);
+        clock.shift.store(5_000_000, Ordering::Relaxed);
+        let before = clock.clock.now();
+        let second = clock.wait_until(first + 100_000);
+        assert!(second >= first + 100_000 && clock.clock.now() >= before + 5_000_000);
+        clock.shift.store(0, Ordering::Relaxed);
+        assert!(clock.now() >= second, "time does not go back before the next wait");
+        assert!(clock.wait_until(second + 100_000) >= second + 5_000_000, "the later time is the earlier shift's");
     }
 
     #[test]

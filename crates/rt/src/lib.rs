@@ -66,7 +66,7 @@ mod timing;
 mod watcher;
 
 pub use cause::{Cause, Evidence, Overrun};
-pub use clock::{Clock, MonotonicClock, Nanoseconds, SPIN, SimulatedClock};
+pub use clock::{Clock, MonotonicClock, Nanoseconds, SPIN, ShiftedClock, SimulatedClock};
 pub use cycle::{Block, Cycle, Lap, MAX_BLOCKS, Next};
 pub use datagrams::report_closed_ports;
 #[cfg(unix)]

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread::{self, JoinHandle};
 
-use crate::clock::MonotonicClock;
+use crate::clock::Clock;
 use crate::cycle::Cycle;
 use crate::executive::{Ending, Executive, Plan, PlanError, Summary};
 use crate::setup::{self, Granted, ThreadSettings};
@@ -31,7 +31,7 @@ impl Running {
     pub fn start(
         plan: Plan,
         settings: ThreadSettings,
-        clock: MonotonicClock,
+        clock: impl Clock + Send + 'static,
         cycle: impl Cycle + 'static,
     ) -> Result<(Self, Timings), PlanError> {
         let (executive, timings) = Executive::new(plan, cycle)?;

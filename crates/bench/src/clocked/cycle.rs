@@ -195,10 +195,12 @@ impl<M: Io> BenchCycle<M> {
             }
             Arrival::Restarted => MachineFault::Restarted,
             Arrival::Missing => MachineFault::Silent { ticks: self.silent },
+            Arrival::Failed(fault) => fault,
         };
-        let bearable = self.silent as f64 <= self.software.parameters().safety.missed_ticks;
+        let bearable = matches!(fault, MachineFault::Silent { .. } | MachineFault::WorkingCounter { .. })
+            && self.silent as f64 <= self.software.parameters().safety.missed_ticks;
         let faulted = matches!(self.software.safety().state(), SafetyState::Fault(_));
-        if bearable && fault != MachineFault::Restarted && !faulted {
+        if bearable && !faulted {
             return false;
         }
         if !faulted {
@@ -246,6 +248,30 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
     }
 
     fn run(&mut self, cycle: u64, lap: &mut Lap) -> Next {
+        let next = self.tick(cycle, lap);
+        self.machine.announce(self.software.voltages());
+        lap.done(MACHINE);
+        next
+    }
+
+    /// Commands wait: without them the set-point would jump, and the experiment would lack their frames.
+    fn hold(&mut self, _: u64) {
+        if !self.machine.waits() {
+            self.software.miss();
+        }
+        if let Some(samples) = &mut self.samples {
+            samples.hold();
+        }
+    }
+
+    fn end(&mut self) {
+        let _ = self.machine.start(self.software.cycle(), Voltages::default());
+    }
+}
+
+impl<M: Io> BenchCycle<M> {
+    /// A tick, up to its voltages.
+    fn tick(&mut self, cycle: u64, lap: &mut Lap) -> Next {
         let computes = self.read();
         lap.done(MACHINE);
         if !computes {
@@ -254,6 +280,14 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
             lap.done(MACHINE);
             self.software.miss();
             self.samples.iter_mut().for_each(Samples::hold);
+            return next;
+        }
+        let on = !matches!(self.software.safety().state(), SafetyState::Off | SafetyState::Fault(_));
+        if !self.machine.switch(on) {
+            // The outputs are those of a bench without torque.
+            let next = self.write();
+            lap.done(MACHINE);
+            self.samples.iter_mut().for_each(Samples::wait_for_command);
             return next;
         }
         self.keyframes.answer(&mut self.software, &mut self.readings, &mut self.machine);
@@ -288,19 +322,5 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
         }
         lap.done(FRAMES);
         next
-    }
-
-    /// Commands wait: without them the set-point would jump, and the experiment would lack their frames.
-    fn hold(&mut self, _: u64) {
-        if !self.machine.waits() {
-            self.software.miss();
-        }
-        if let Some(samples) = &mut self.samples {
-            samples.hold();
-        }
-    }
-
-    fn end(&mut self) {
-        let _ = self.machine.start(self.software.cycle(), Voltages::default());
     }
 }

@@ -28,7 +28,7 @@ use rings::{BenchRings, rings};
 use rtrb::PushError;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::tick::Measurement;
-use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, ThreadSettings, Timings};
+use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, ShiftedClock, ThreadSettings, Timings};
 use stickslip_software::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_software::supervise::{ExternalFault, Fault, Refusal, SafetyState};
 pub use timing_report::overrun_sentence;
@@ -483,7 +483,8 @@ fn start(
 ) -> Result<(Running, Timings), BenchError> {
     let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
     let plan = Plan { overrun: OverrunPolicy { stop_after: Some(stop_after), ..plan.overrun }, ..plan };
-    let clock = thread_settings.clock(plan.period);
+    let shift = cycle.machine.tick_shift().unwrap_or_default();
+    let clock = ShiftedClock::new(thread_settings.clock(plan.period), shift);
     Running::start(plan, thread_settings, clock, cycle).map_err(BenchError::RealTime)
 }
 

@@ -5,7 +5,8 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Address of a machine: `udp:127.0.0.1:9750`, `shm:axis` on the same computer, or `serial:/dev/ttyACM0`.
+/// Address of a machine: `udp:127.0.0.1:9750`, `shm:axis` on the same computer, `serial:/dev/ttyACM0`, or servo drives on
+/// a network interface: `ethercat:eth0`, or `ethercat:eth0,drives.toml` with a file that describes them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
     /// Datagrams.
@@ -14,6 +15,8 @@ pub enum Address {
     Shm(String),
     /// A serial port, by its file.
     Serial(PathBuf),
+    /// Servo drives on EtherCAT: interface, and the file that describes them.
+    Ethercat(String),
 }
 
 impl Address {
@@ -36,8 +39,9 @@ impl FromStr for Address {
             }
             Some(("shm", name)) if !name.is_empty() => Ok(Address::Shm(name.into())),
             Some(("serial", path)) if !path.is_empty() => Ok(Address::Serial(path.into())),
-            _ => Err("use udp:ADDRESS:PORT, shm:NAME or serial:PORT, for example udp:127.0.0.1:9750, shm:axis or \
-                      serial:/dev/ttyACM0"
+            Some(("ethercat", interface)) if !interface.is_empty() => Ok(Address::Ethercat(interface.into())),
+            _ => Err("use udp:ADDRESS:PORT, shm:NAME, serial:PORT or ethercat:INTERFACE, for example \
+                      udp:127.0.0.1:9750, shm:axis, serial:/dev/ttyACM0 or ethercat:eth0"
                 .into()),
         }
     }
@@ -49,6 +53,7 @@ impl fmt::Display for Address {
             Address::Udp(address) => write!(f, "udp:{address}"),
             Address::Shm(name) => write!(f, "shm:{name}"),
             Address::Serial(path) => write!(f, "serial:{}", path.display()),
+            Address::Ethercat(interface) => write!(f, "ethercat:{interface}"),
         }
     }
 }
@@ -63,7 +68,7 @@ mod tests {
         assert!(refusal("127.0.0.1:9").contains("use udp:"));
         assert!(refusal("shm:").contains("shm:NAME"));
         assert!(refusal("udp:127.0.0.1").contains("127.0.0.1"));
-        for text in ["udp:127.0.0.1:9750", "shm:axis", "shm:./axis", "serial:/dev/ttyACM0"] {
+        for text in ["udp:127.0.0.1:9750", "shm:axis", "shm:./axis", "serial:/dev/ttyACM0", "ethercat:eth0"] {
             assert_eq!(text.parse::<Address>().unwrap().to_string(), text);
         }
     }

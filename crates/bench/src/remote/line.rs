@@ -43,6 +43,7 @@ impl Line {
             }
             Address::Shm(name) => Mailbox::open(name, Side::Software).map(Line::Shm),
             Address::Serial(path) => Serial::open(path).map(Line::Serial),
+            Address::Ethercat(_) => Err(ErrorKind::Unsupported.into()),
         }
     }
 
@@ -57,6 +58,7 @@ impl Line {
             }
             Address::Shm(name) => Ok((Mailbox::open(name, Side::Machine).map(Line::Shm)?, address.clone())),
             Address::Serial(path) => Ok((Serial::open(path).map(Line::Serial)?, address.clone())),
+            Address::Ethercat(_) => Err(Error::new(ErrorKind::Unsupported, "use --ethercat INTERFACE")),
         }
     }
 

@@ -50,6 +50,15 @@ pub enum LinkFault {
         /// Reason.
         reason: String,
     },
+    /// Drives on a fieldbus, which the calling command does not support.
+    #[error(
+        "{address}: drives on EtherCAT need the bench in real time. Start `stickslip serve --io {address}`, and measure \
+         with `stickslip bench`."
+    )]
+    Fieldbus {
+        /// Address of the drives.
+        address: Address,
+    },
     /// The operating system refuses.
     #[error("{address}: {reason}. Is `stickslip plant --io {address}` running there?")]
     System {

@@ -27,7 +27,7 @@ pub use link_fault::LinkFault;
 pub use paced::Paced;
 pub use serve::{PlantServer, Served};
 use stickslip_core::tick::Measurement;
-pub use traffic::{Counts, Traffic};
+pub use traffic::{Counts, Event, Traffic};
 
 use super::io::{Io, check_preload};
 use super::lockstep::LockstepBench;
@@ -117,6 +117,9 @@ fn exchange(
 
 /// The software's end of a link.
 fn connected(address: &Address) -> Result<Line, LinkFault> {
+    if let Address::Ethercat(_) = address {
+        return Err(LinkFault::Fieldbus { address: address.clone() });
+    }
     Line::connect(address).map_err(|error| LinkFault::System { address: address.clone(), reason: error.to_string() })
 }
 

@@ -7,12 +7,18 @@ use serde::{Deserialize, Serialize};
 
 /// Event of a frame or of the bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Event {
+pub enum Event {
+    /// Readings in time.
     Answered,
+    /// No readings in time.
     Missing,
+    /// An answer after its tick.
     Late,
+    /// An answer that arrived twice.
     Doubled,
+    /// An unreadable frame.
     FrameError,
+    /// A start of the machine.
     Begun,
 }
 
@@ -38,7 +44,8 @@ pub struct Counts {
 }
 
 impl Traffic {
-    pub(super) fn count(&self, event: Event) {
+    /// Counts an event.
+    pub fn count(&self, event: Event) {
         self.0[event as usize].fetch_add(1, Ordering::Relaxed);
     }
 

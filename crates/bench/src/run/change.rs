@@ -36,6 +36,8 @@ pub(super) fn line(what: &ChangeKind) -> String {
         ChangeKind::Software(Change::MachineFailed(fault), _) => match *fault {
             MachineFault::Silent { ticks } => format!("machine_silent {ticks}"),
             MachineFault::Restarted => "machine_anew".into(),
+            MachineFault::Device { position, error, status } => format!("machine_device {position} {error} {status}"),
+            MachineFault::WorkingCounter { counter, due } => format!("machine_counter {counter} {due}"),
         },
         ChangeKind::Software(Change::ForeignFailed(role, fault), _) => match *fault {
             ExternalFault::Crashed { signal } => format!("{role}_crashed {signal}"),
@@ -82,6 +84,14 @@ pub(super) fn parse(line: &str) -> Option<ChangeKind> {
         ("index_not_a_number", []) => Change::HomingFailed(HomingFault::NotANumber),
         ("machine_silent", [ticks]) => Change::MachineFailed(MachineFault::Silent { ticks: *ticks as u64 }),
         ("machine_anew", []) => Change::MachineFailed(MachineFault::Restarted),
+        ("machine_device", [position, error, status]) => Change::MachineFailed(MachineFault::Device {
+            position: *position as u16,
+            error: *error as u16,
+            status: *status as u16,
+        }),
+        ("machine_counter", [counter, due]) => {
+            Change::MachineFailed(MachineFault::WorkingCounter { counter: *counter as u16, due: *due as u16 })
+        }
         ("parameters", numbers) => Change::Parameters(from_numbers(numbers)?),
         _ => {
             let (role, fault) = kind.split_once('_')?;
@@ -125,6 +135,8 @@ mod tests {
             Change::HomingFailed(HomingFault::NotANumber),
             Change::MachineFailed(MachineFault::Silent { ticks: 9 }),
             Change::MachineFailed(MachineFault::Restarted),
+            Change::MachineFailed(MachineFault::Device { position: 1, error: 0x2310, status: 0x1A }),
+            Change::MachineFailed(MachineFault::WorkingCounter { counter: 4, due: 7 }),
             Change::ForeignFailed(Role::Controller, ExternalFault::Crashed { signal: 11 }),
             Change::ForeignFailed(Role::Controller, ExternalFault::Ended { code: -3 }),
             Change::ForeignFailed(Role::Controller, ExternalFault::Silent { time: 0.1 }),

@@ -78,9 +78,12 @@ fn values_that_belong_together_enter_together_or_not_at_all() {
 #[test]
 fn a_fixed_parameter_of_a_running_bench_is_refused_with_a_remedy() {
     let tuning = tuning();
-    for (path, value) in
-        [("plant.drive.load_inertia", "1e-3"), ("bench.tick_rate", "2000"), ("bench.plant_step", "2e-5")]
-    {
+    for (path, value) in [
+        ("plant.drive.load_inertia", "1e-3"),
+        ("bench.tick_rate", "2000"),
+        ("bench.plant_step", "2e-5"),
+        ("bench.torque_amplifier", "true"),
+    ] {
         let refused = tuning.set(&change(path, value)).unwrap_err();
         assert!(
             matches!(&refused.of(), Some(BenchError::NotWhileRunning { path: named, .. }) if named == path),

@@ -175,7 +175,7 @@ const BLOCKS: [Drawn; 9] = [
         name: "Current control",
         about: "Controls the load motor's current against its back-EMF.",
         at: at(2, 3),
-        groups: &["model.load_motor", "model.load_amplifier"],
+        groups: &["model.load_motor", "model.load_amplifier", "bench.torque_amplifier"],
         inside: Some("current"),
         guide: "theory-rendering",
     },

@@ -205,6 +205,22 @@ pub enum MachineFault {
     },
     /// It has no connection to this bench any more.
     Restarted,
+    /// A device on a fieldbus reports a fault, or has left operation.
+    Device {
+        /// Its position.
+        position: u16,
+        /// Error code of the drive (0x603F); 0: none.
+        error: u16,
+        /// AL status code; 0: none.
+        status: u16,
+    },
+    /// A device on a fieldbus does not exchange data.
+    WorkingCounter {
+        /// Counted.
+        counter: u16,
+        /// Expected.
+        due: u16,
+    },
 }
 
 impl Fault {
@@ -327,6 +343,12 @@ impl MachineFault {
                 f,
                 "the machine has lost its connection to this bench: it was restarted, or another bench is connected."
             ),
+            MachineFault::Device { position, error, status } => {
+                write!(f, "device {position} failed: error code 0x{error:04X}, AL status code 0x{status:04X}.")
+            }
+            MachineFault::WorkingCounter { counter, due } => {
+                write!(f, "working counter {counter} instead of {due}: a device does not exchange data.")
+            }
         }
     }
 }

@@ -156,6 +156,14 @@ impl MachineFault {
                 "machine-restarted",
                 "The bench reconnects automatically when the machine is free. Then acknowledge, and home.",
             ),
+            MachineFault::Device { .. } => (
+                "device-fault",
+                "Look up both codes in the manual of the drive, and remove the cause. Then acknowledge, and home.",
+            ),
+            MachineFault::WorkingCounter { .. } => (
+                "working-counter",
+                "Run `stickslip ethercat scan` after the bench has ended, and check cables and supply of the devices.",
+            ),
         };
         (code, Concern::Machine, text)
     }
@@ -231,6 +239,8 @@ mod tests {
             Fault::NotStopped { velocity: 3.0 },
             Fault::Machine(MachineFault::Silent { ticks: 9 }),
             Fault::Machine(MachineFault::Restarted),
+            Fault::Machine(MachineFault::Device { position: 1, error: 0x2310, status: 0 }),
+            Fault::Machine(MachineFault::WorkingCounter { counter: 4, due: 7 }),
         ];
         faults.extend(motors.map(|motor| Fault::Overcurrent { motor, current: 9.0, limit: 5.0 }));
         faults.extend(motors.map(|motor| Fault::Overheated { motor, current: 9.0, limit: 5.0 }));

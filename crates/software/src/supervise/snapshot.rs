@@ -20,7 +20,7 @@ const NAMES: [&str; 11] = [
     "load",
 ];
 /// Number of the kinds of faults.
-const FAULTS: usize = 29;
+const FAULTS: usize = 31;
 /// Number of states; a stop by a fault is a separate one.
 const STATES: usize = 7;
 
@@ -149,6 +149,10 @@ fn parts(fault: Fault) -> (usize, [f64; 3], &'static str) {
         Fault::External(role, ExternalFault::Failed { code }) => (26, [f64::from(code), 0.0, place(role)], ""),
         Fault::External(role, ExternalFault::FloatingPoint) => (27, [0.0, 0.0, place(role)], ""),
         Fault::External(role, ExternalFault::Late { time }) => (28, [time, 0.0, place(role)], ""),
+        Fault::Machine(MachineFault::Device { position, error, status }) => {
+            (29, [position, error, status].map(f64::from), "")
+        }
+        Fault::Machine(MachineFault::WorkingCounter { counter, due }) => (30, [counter, due, 0].map(f64::from), ""),
     }
 }
 
@@ -183,6 +187,8 @@ fn fault(kind: usize, [a, b, c]: [f64; 3], name: &'static str) -> Fault {
         25 => Fault::External(role(c), ExternalFault::NotANumber),
         26 => Fault::External(role(c), ExternalFault::Failed { code: a as i32 }),
         27 => Fault::External(role(c), ExternalFault::FloatingPoint),
+        29 => Fault::Machine(MachineFault::Device { position: a as u16, error: b as u16, status: c as u16 }),
+        30 => Fault::Machine(MachineFault::WorkingCounter { counter: a as u16, due: b as u16 }),
         _ => Fault::External(role(c), ExternalFault::Late { time: a }),
     }
 }
