@@ -131,7 +131,9 @@ pub(crate) fn each_datagram(frame: &mut [u8], mut visit: impl FnMut(&mut Datagra
     Some(count)
 }
 
-/// Whether the first datagram of a frame has process data.
-pub(crate) fn has_process_data(frame: &[u8]) -> bool {
-    frame.get(HEAD).is_some_and(|code| matches!(Command::new(*code), Command::Logical(_)))
+/// Whether a datagram of a frame has process data.
+pub(crate) fn has_process_data(frame: &mut [u8]) -> bool {
+    let mut found = false;
+    each_datagram(frame, |datagram| found |= matches!(datagram.command, Command::Logical(_)));
+    found
 }

@@ -4,6 +4,8 @@
 //! It is a test tool in software, without claim of conformance; its vendor ID is not assigned. The machine enters by
 //! the trait [`Machine`]: torques in, angles, velocities and torques out. This crate knows nothing of friction.
 //!
+//! With the feature `main-device`, [`MAIN_DEVICE`] opens two physical or emulated drives as the machine of a bench.
+//!
 //! - [`Segment`]: passes frames through the devices at given instants, so that tests need neither network nor clock;
 //! - [`Server`]: a segment on a raw socket, in real time.
 //!
@@ -22,6 +24,9 @@ mod drive;
 mod esc;
 mod frame;
 mod machine;
+#[cfg(feature = "main-device")]
+pub mod main_device;
+mod scanned;
 mod segment;
 mod server;
 mod socket;
@@ -31,5 +36,6 @@ mod tests;
 pub use device::{DRIVE_PRODUCT, TERMINAL_PRODUCT, VENDOR};
 pub use drive::DriveSheet;
 pub use machine::{Machine, Readings, Rotors, Shaft};
+pub use scanned::{MAIN_DEVICE, MainDeviceFunctions, ScannedDevice};
 pub use segment::{Counters, Segment};
 pub use server::Server;

@@ -1,5 +1,7 @@
 //! The machine behind the drives.
 
+use stickslip_bench::{DriveSignals, MachineWithDrives};
+
 /// A machine with shafts, driven by torques.
 pub trait Machine {
     /// Duration of a step [ns].
@@ -7,6 +9,25 @@ pub trait Machine {
 
     /// One step under these torques on the shafts [N m]. Without this method a machine does not move.
     fn step(&mut self, torques: &[f64], readings: &mut Readings);
+}
+
+/// Drive motor and load motor of the virtual machine of a preset, and its accelerometer.
+impl Machine for MachineWithDrives {
+    fn period(&self) -> u64 {
+        (MachineWithDrives::period(self) * 1e9).round() as u64
+    }
+
+    fn step(&mut self, torques: &[f64], readings: &mut Readings) {
+        let torque = |at: usize| torques.get(at).copied().unwrap_or(0.0);
+        let (signals, accelerometer) = self.exchange([torque(0), torque(1)]);
+        for (shaft, signals) in readings.shafts.iter_mut().zip(signals) {
+            let DriveSignals { angle, velocity, torque, index } = signals;
+            *shaft = Shaft { angle, velocity, torque, index };
+        }
+        if let Some(signal) = readings.analogue.first_mut() {
+            *signal = accelerometer;
+        }
+    }
 }
 
 /// Signals of a machine at the end of a step.

@@ -61,6 +61,14 @@ impl Segment {
         }
     }
 
+    /// Causes a fault, as an SDO to object 0x2020 does: position of the device, subindex, value.
+    pub fn request_fault(&mut self, device: usize, subindex: u8, value: u16) {
+        if let Some(device) = self.devices.get_mut(device) {
+            device.objects.set(INJECTION, subindex, value.into());
+            device.inject();
+        }
+    }
+
     /// Counters since the start.
     pub fn counters(&self) -> Counters {
         self.counters

@@ -36,12 +36,12 @@ impl Server {
     ///
     /// # Errors
     /// Errors of the socket, for example when the interface is switched off.
-    pub fn serve(&mut self, mut goes_on: impl FnMut(&Segment) -> bool) -> Result<()> {
+    pub fn serve(&mut self, mut goes_on: impl FnMut(&mut Segment) -> bool) -> Result<()> {
         let start = Instant::now();
         let nanoseconds = || start.elapsed().as_nanos() as u64;
         let mut frame = [0; LONGEST];
         let mut random = 0x2545_F491_4F6C_DD1D_u64;
-        while goes_on(&self.segment) {
+        while goes_on(&mut self.segment) {
             let Some(length) = self.socket.receive(&mut frame, IDLE)? else {
                 self.segment.advance(nanoseconds());
                 continue;

@@ -16,6 +16,13 @@ pub(crate) struct Socket {
     file: File,
 }
 
+/// Sets the real-time priority of the calling thread.
+pub(crate) fn prefer(priority: u8) -> Result<()> {
+    // SAFETY: takes nothing.
+    let thread = unsafe { libc::syscall(libc::SYS_gettid) };
+    stickslip_bench::hurry(thread as u32, priority)
+}
+
 fn result(status: libc::c_int) -> Result<libc::c_int> {
     if status < 0 { Err(Error::last_os_error()) } else { Ok(status) }
 }

@@ -8,6 +8,8 @@ mod completions;
 mod demo;
 mod design;
 mod doctor;
+#[cfg(target_os = "linux")]
+mod ethercat;
 mod export;
 mod fidelity;
 mod fit;
@@ -131,6 +133,10 @@ pub(crate) enum Command {
                             Example: stickslip plant --io shm:axis\n\
                             Example: stickslip plant --ethercat eth1 --analog 1")]
     Plant(plant::PlantCommand),
+    /// Servo drives on EtherCAT.
+    #[cfg(target_os = "linux")]
+    #[command(subcommand, after_help = "Example: stickslip ethercat scan eth0")]
+    Ethercat(ethercat::EthercatCommand),
     /// Run the bench in real time and serve it to terminals, scripts and browsers.
     #[command(after_help = "Example: stickslip serve --seconds 1 --listen 127.0.0.1:0\n\
                             Example: stickslip serve --preset clm-real --project real --listen 127.0.0.1:0 --seconds 2\n\
@@ -246,6 +252,8 @@ impl Command {
             Command::Validate(command) => command.shown,
             Command::Doctor(command) => command.shown,
             Command::Plant(command) => command.shown,
+            #[cfg(target_os = "linux")]
+            Command::Ethercat(command) => command.shown(),
             Command::Replay(command) => command.shown,
             Command::Export(command) => command.shown,
             Command::Serve(command) => command.shown,
@@ -287,6 +295,8 @@ impl Command {
             Command::Validate(command) => command.run(out, &watch(shown)),
             Command::Doctor(command) => command.run(out, &watch(shown)),
             Command::Plant(command) => command.run(out, &watch(shown)),
+            #[cfg(target_os = "linux")]
+            Command::Ethercat(command) => command.run(out),
             Command::Replay(command) => command.run(out, &watch(shown)),
             Command::Export(command) => command.run(out, &watch(shown)),
             Command::Recover(command) => command.run(out),

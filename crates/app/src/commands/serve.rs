@@ -43,9 +43,13 @@ pub(crate) struct ServeCommand {
     /// Change a value of the preset; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// Address of a machine in another process or on a board (see `stickslip plant`); the preset is the controller's
-    /// model of it.
-    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
+    /// Address of a machine in another process or on a board (see `stickslip plant`), or of two servo drives on EtherCAT
+    /// with a file that describes them; the preset is the controller's model of the machine.
+    #[arg(
+        long,
+        value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT|ethercat:INTERFACE[,FILE]",
+        conflicts_with = "seed"
+    )]
     io: Option<Address>,
     /// External controller, as for `stickslip load`: a shared library, an FMU, or a function in Python. It is active at
     /// the start; the parameter position_controller selects it or the preset's controller. Its own parameters are
@@ -101,7 +105,12 @@ impl ServeCommand {
         let new = Start::new(source, &self.project);
         // Negative numbers and NaN become 0.
         let record_limit = (self.record_limit * 1e9) as u64;
-        let mut start = Start { seed: self.seed, io: self.io, loaded, record, record_limit, operator_time, ..new };
+        #[cfg(target_os = "linux")]
+        let fieldbus = super::ethercat::open();
+        #[cfg(not(target_os = "linux"))]
+        let fieldbus = None;
+        let mut start =
+            Start { seed: self.seed, io: self.io, fieldbus, loaded, record, record_limit, operator_time, ..new };
         if let Some(cpu) = self.cpu {
             // Threads that are started later inherit it.
             keep_off(cpu).map_err(|error| {

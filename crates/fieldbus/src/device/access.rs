@@ -117,7 +117,7 @@ impl Device {
     }
 
     /// Executes a fault on request. Lost and ignored frames are left to the segment.
-    fn inject(&mut self) {
+    pub(crate) fn inject(&mut self) {
         let error = self.objects.number(INJECTION, 1) as u16;
         if let (Function::Drive(drive), true) = (&mut self.function, error != 0) {
             drive.fail(error);

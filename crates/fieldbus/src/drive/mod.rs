@@ -5,6 +5,8 @@ pub(crate) mod state;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
+use stickslip_bench::Rating;
+
 use self::state::Power;
 use crate::coe::object::Objects;
 use crate::machine::Shaft;
@@ -38,6 +40,22 @@ pub struct DriveSheet {
     pub velocity_gain: f64,
     /// Gain of the position control [1/s].
     pub position_gain: f64,
+}
+
+impl DriveSheet {
+    /// Sheets of drive motor and load motor for these ratings; `inertia` is that of the whole shaft [kg m²].
+    pub fn of_bench(ratings: [Rating; 2], inertia: f64) -> [Self; 2] {
+        let named = |name: &str, rating: Rating| DriveSheet {
+            name: name.into(),
+            rated_torque: rating.torque,
+            rated_current: rating.current,
+            // Velocity control of 20 Hz.
+            velocity_gain: inertia * 125.0,
+            ..DriveSheet::default()
+        };
+        let [motor, load] = ratings;
+        [named("stickslip drive motor", motor), named("stickslip load motor", load)]
+    }
 }
 
 impl Default for DriveSheet {

@@ -5,9 +5,10 @@
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "tests")]
 
+mod bench;
 mod executor;
+mod namespace;
 
-use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -19,45 +20,17 @@ use ethercrab::{
 use stickslip_fieldbus::{DriveSheet, Rotors, Segment, Server, VENDOR};
 
 use executor::block_on;
+use namespace::{End, is_inside, pair_of_interfaces};
 
-/// Set in the namespace.
-const INSIDE: &str = "STICKSLIP_IN_NAMESPACE";
 /// Period of the set-points: long, so that a loaded computer keeps it.
 const CYCLE: Duration = Duration::from_millis(4);
 
 type Group = SubDeviceGroup<4, 128, DefaultLock, Op, HasDc>;
 
-/// Whether the test is in its namespace. Outside, it is started there and must succeed.
-fn is_inside(test: &str) -> bool {
-    if std::env::var_os(INSIDE).is_some() {
-        return true;
-    }
-    let permitted = |options: &&str| {
-        let mut probe = Command::new("unshare");
-        probe.args([*options, "ip", "link", "add", "ec0", "type", "veth", "peer", "name", "ec1"]);
-        probe.output().is_ok_and(|output| output.status.success())
-    };
-    // With a user namespace, or as root.
-    let Some(options) = ["-rn", "-n"].into_iter().find(|options| permitted(options)) else {
-        println!("NOT RUN: this computer permits no network namespace with virtual interfaces, or iproute2 is missing");
-        return false;
-    };
-    let program = std::env::current_exe().unwrap();
-    let mut command = Command::new("unshare");
-    command.arg(options).arg(program).args(["--exact", test, "--nocapture"]).env(INSIDE, "1");
-    assert!(command.status().unwrap().success());
-    false
-}
-
 /// Runs a main device on one end of a pair of interfaces, with two drives and an analogue input on the other.
 fn with_segment(run: impl FnOnce(&MainDevice<'static>) + Send) {
     static STORAGE: PduStorage<16, { PduStorage::element_size(1100) }> = PduStorage::new();
-    let ip = |arguments: &str| {
-        assert!(Command::new("ip").args(arguments.split(' ')).status().unwrap().success(), "ip {arguments}");
-    };
-    ip("link add main type veth peer name sub");
-    ip("link set main up");
-    ip("link set sub up");
+    pair_of_interfaces();
     let sheets = [DriveSheet::default(), DriveSheet { name: "second drive".into(), ..DriveSheet::default() }];
     let (ended, is_bound) = (AtomicBool::new(false), AtomicBool::new(false));
     std::thread::scope(|scope| {
@@ -75,6 +48,7 @@ fn with_segment(run: impl FnOnce(&MainDevice<'static>) + Send) {
         std::thread::spawn(move || block_on(task));
         let timeouts = Timeouts {
             pdu: Duration::from_millis(500),
+            eeprom: Duration::from_secs(1),
             mailbox_response: Duration::from_secs(2),
             ..Timeouts::default()
         };
@@ -87,15 +61,6 @@ fn with_segment(run: impl FnOnce(&MainDevice<'static>) + Send) {
         drop(end);
         result.unwrap();
     });
-}
-
-/// Ends the server also when an assertion fails.
-struct End<'a>(&'a AtomicBool);
-
-impl Drop for End<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Release);
-    }
 }
 
 /// From the scan to OP with SYNC0.

@@ -5,46 +5,10 @@ use std::time::Duration;
 
 use stickslip::bench::MachineWithDrives;
 use stickslip::{Preset, Watch};
-use stickslip_fieldbus::{DriveSheet, Machine, Readings, Segment, Server, Shaft};
+use stickslip_fieldbus::{DriveSheet, Segment, Server};
 
 use super::PlantCommand;
 use crate::failure::Failure;
-
-/// Drive motor and load motor of the virtual machine.
-struct Motors(MachineWithDrives);
-
-impl Machine for Motors {
-    fn period(&self) -> u64 {
-        (self.0.period() * 1e9).round() as u64
-    }
-
-    fn step(&mut self, torques: &[f64], readings: &mut Readings) {
-        let torque = |at: usize| torques.get(at).copied().unwrap_or(0.0);
-        let (signals, accelerometer) = self.0.exchange([torque(0), torque(1)]);
-        for (shaft, signals) in readings.shafts.iter_mut().zip(signals) {
-            let stickslip::bench::DriveSignals { angle, velocity, torque, index } = signals;
-            *shaft = Shaft { angle, velocity, torque, index };
-        }
-        if let Some(signal) = readings.analogue.first_mut() {
-            *signal = accelerometer;
-        }
-    }
-}
-
-/// Data sheets of the drives.
-fn sheets(machine: &MachineWithDrives, preset: &Preset<f64>, count: usize) -> Vec<DriveSheet> {
-    let names = ["stickslip drive motor", "stickslip load motor"];
-    let inertia = preset.plant.drive.inertia();
-    let sheet = |(name, rating): (&str, stickslip::bench::Rating)| DriveSheet {
-        name: name.into(),
-        rated_torque: rating.torque,
-        rated_current: rating.current,
-        // Velocity control of 20 Hz.
-        velocity_gain: inertia * 125.0,
-        ..DriveSheet::default()
-    };
-    names.into_iter().zip(machine.ratings()).take(count).map(sheet).collect()
-}
 
 impl PlantCommand {
     /// Serves the drives until the watch is cancelled, or with `--once` until they have been in OP and have left it.
@@ -56,8 +20,9 @@ impl PlantCommand {
         watch: &Watch,
     ) -> Result<(), Failure> {
         let machine = MachineWithDrives::new(preset, self.seed)?;
-        let sheets = sheets(&machine, preset, self.segment.drives.into());
-        let mut segment = Segment::new(&sheets, self.segment.analog.into(), Box::new(Motors(machine)));
+        let sheets = DriveSheet::of_bench(machine.ratings(), preset.plant.drive.inertia());
+        let sheets = &sheets[..usize::from(self.segment.drives).min(sheets.len())];
+        let mut segment = Segment::new(sheets, self.segment.analog.into(), Box::new(machine));
         segment.delay_set_points(self.segment.torque_delay);
         let jitter = Duration::from_micros(self.segment.frame_jitter.into());
         let mut server = Server::bind(interface, segment, jitter).map_err(|error| refusal(interface, &error))?;

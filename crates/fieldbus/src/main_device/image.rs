@@ -1,0 +1,96 @@
+//! Places of objects in the process data of a device.
+
+use super::error::MainDeviceError;
+use super::profile::Pdo;
+
+/// Bytes of an object in the process data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    byte: usize,
+    length: usize,
+}
+
+impl Place {
+    /// A signed number of 16 bits.
+    pub(crate) fn word(byte: usize) -> Self {
+        Place { byte, length: 2 }
+    }
+
+    /// The unsigned number at this place; 0 outside of the bytes.
+    pub(crate) fn unsigned(self, bytes: &[u8]) -> u32 {
+        let part = bytes.get(self.byte..self.byte + self.length).unwrap_or_default();
+        part.iter().rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
+    }
+
+    /// The signed number at this place.
+    pub(crate) fn signed(self, bytes: &[u8]) -> i32 {
+        let unused = 32 - 8 * self.length as u32;
+        ((self.unsigned(bytes) << unused) as i32) >> unused
+    }
+
+    /// Writes a number.
+    pub(crate) fn write(self, bytes: &mut [u8], number: i32) {
+        if let Some(part) = bytes.get_mut(self.byte..self.byte + self.length) {
+            part.copy_from_slice(&number.to_le_bytes()[..self.length]);
+        }
+    }
+}
+
+/// The objects in the outputs or inputs of a device.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    places: Vec<(u32, Place)>,
+    /// Length of all [bytes].
+    pub(crate) length: usize,
+}
+
+impl Layout {
+    /// The layout of these process data objects.
+    pub(crate) fn new(pdos: &[Pdo]) -> Result<Self, MainDeviceError> {
+        let mut layout = Layout { places: Vec::new(), length: 0 };
+        for &entry in pdos.iter().flat_map(|pdo| &pdo.entries) {
+            let bits = (entry & 0xFF) as usize;
+            let is_gap = entry >> 16 == 0;
+            if !bits.is_multiple_of(8) || bits == 0 || bits > 32 && !is_gap {
+                return Err(MainDeviceError::Entry { entry });
+            }
+            layout.places.push((entry >> 8, Place { byte: layout.length, length: bits / 8 }));
+            layout.length += bits / 8;
+        }
+        Ok(layout)
+    }
+
+    /// The place of an object with subindex 0.
+    pub(crate) fn find(&self, object: u16) -> Option<Place> {
+        let key = u32::from(object) << 8;
+        self.places.iter().find(|(other, _)| *other == key).map(|(_, place)| *place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn objects_are_found_behind_each_other_and_gaps_are_skipped() {
+        let pdos = [
+            Pdo { index: 0x1A00, entries: vec![0x6041_0010, 0x6061_0008, 0x0000_0008], fixed: false },
+            Pdo { index: 0x1A01, entries: vec![0x6064_0020], fixed: false },
+        ];
+        let layout = Layout::new(&pdos).unwrap();
+        let bytes = [0x37, 0x12, 10, 0, 0xFE, 0xFF, 0xFF, 0xFF];
+        assert_eq!((layout.length, layout.find(0x6077)), (8, None));
+        assert_eq!(layout.find(0x6041).unwrap().unsigned(&bytes), 0x1237);
+        assert_eq!(layout.find(0x6064).unwrap().signed(&bytes), -2);
+        assert_eq!(layout.find(0x6061).unwrap().signed(&bytes), 10);
+        let mut out = bytes;
+        layout.find(0x6041).unwrap().write(&mut out, -2);
+        assert_eq!(out[..2], [0xFE, 0xFF]);
+    }
+
+    #[test]
+    fn bits_are_refused() {
+        let pdos = [Pdo { index: 0x1A00, entries: vec![0x6041_0001], fixed: false }];
+        assert_eq!(Layout::new(&pdos).unwrap_err(), MainDeviceError::Entry { entry: 0x6041_0001 });
+    }
+}
