@@ -35,7 +35,7 @@ pub use drop::SIGNIFICANCE;
 pub use error::FitError;
 pub use findings::{Finding, HARDLY_KNOWN};
 pub use linear::LongRun;
-pub use linear::{LinearFit, fit_instrumented, fit_linear};
+pub use linear::{Instrumented, LinearFit, fit_instrumented, fit_linear};
 pub use nonlinear::{Minimum, Stop, minimise};
 pub use points::check_points;
 pub use profile::{Profile, ProfilePlan};

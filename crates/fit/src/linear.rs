@@ -93,30 +93,61 @@ pub fn fit_linear(columns: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, E
 /// # Errors
 /// As [`fit_linear`].
 pub fn fit_instrumented(columns: &[Vec<f64>], instruments: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, Error> {
-    let (n, k) = (measured.len(), columns.len());
-    // Fewer rows give the covariance too few cosines.
-    let needed = (k + 1).max(32);
-    if n < needed {
-        let remedy = "Record longer, or decimate less.";
-        return Err(Error::TooFew { what: "rows for the least squares", found: n, needed, remedy });
+    Ok(Instrumented::solve(columns, instruments, measured)?.fit())
+}
+
+/// Coefficients by instruments whose errors are not yet computed: for an iteration, of which the last step counts.
+#[derive(Clone, Debug)]
+pub struct Instrumented {
+    coefficients: DVector<f64>,
+    pseudo_inverse: DMatrix<f64>,
+    regressors: DMatrix<f64>,
+    measured: DVector<f64>,
+}
+
+impl Instrumented {
+    /// The coefficients of [`fit_instrumented`].
+    ///
+    /// # Errors
+    /// As [`fit_linear`].
+    pub fn solve(columns: &[Vec<f64>], instruments: &[Vec<f64>], measured: &[f64]) -> Result<Self, Error> {
+        let (n, k) = (measured.len(), columns.len());
+        // Fewer rows give the covariance too few cosines.
+        let needed = (k + 1).max(32);
+        if n < needed {
+            let remedy = "Record longer, or decimate less.";
+            return Err(Error::TooFew { what: "rows for the least squares", found: n, needed, remedy });
+        }
+        let [regressors, instruments] = [columns, instruments].map(|all| DMatrix::from_fn(n, k, |i, j| all[j][i]));
+        let scales = |matrix: &DMatrix<f64>| -> Vec<f64> {
+            (0..k).map(|j| matrix.column(j).norm().max(f64::MIN_POSITIVE)).collect()
+        };
+        let [across, along] = [&regressors, &instruments].map(scales);
+        let product = instruments.transpose() * &regressors;
+        let scaled = DMatrix::from_fn(k, k, |i, j| product[(i, j)] / (along[i] * across[j]));
+        let smallest = scaled.singular_values().min();
+        // The product squares the condition of the regressors.
+        if smallest.is_nan() || smallest < 1e-12 {
+            return Err(FitError::Dependent { smallest }.into());
+        }
+        let inverse = scaled.try_inverse().ok_or(FitError::Dependent { smallest })?;
+        let inverse = DMatrix::from_fn(k, k, |i, j| inverse[(i, j)] / (across[i] * along[j]));
+        let pseudo_inverse = inverse * instruments.transpose();
+        let measured = DVector::from_column_slice(measured);
+        let coefficients = &pseudo_inverse * &measured;
+        Ok(Instrumented { coefficients, pseudo_inverse, regressors, measured })
     }
-    let [regressors, instruments] = [columns, instruments].map(|all| DMatrix::from_fn(n, k, |i, j| all[j][i]));
-    let scales = |matrix: &DMatrix<f64>| -> Vec<f64> {
-        (0..k).map(|j| matrix.column(j).norm().max(f64::MIN_POSITIVE)).collect()
-    };
-    let [across, along] = [&regressors, &instruments].map(scales);
-    let product = instruments.transpose() * &regressors;
-    let scaled = DMatrix::from_fn(k, k, |i, j| product[(i, j)] / (along[i] * across[j]));
-    let smallest = scaled.singular_values().min();
-    // The product squares the condition of the regressors.
-    if smallest.is_nan() || smallest < 1e-12 {
-        return Err(FitError::Dependent { smallest }.into());
+
+    /// One for each column.
+    pub fn coefficients(&self) -> &[f64] {
+        self.coefficients.as_slice()
     }
-    let inverse = scaled.try_inverse().ok_or(FitError::Dependent { smallest })?;
-    let inverse = DMatrix::from_fn(k, k, |i, j| inverse[(i, j)] / (across[i] * along[j]));
-    let pseudo_inverse = inverse * instruments.transpose();
-    let measured = DVector::from_column_slice(measured);
-    Ok(finish(&pseudo_inverse, &regressors, &measured, condition(&regressors), LongRun::cosines))
+
+    /// With their errors.
+    pub fn fit(&self) -> LinearFit {
+        let condition = condition(&self.regressors);
+        finish(&self.pseudo_inverse, &self.regressors, &self.measured, condition, LongRun::cosines)
+    }
 }
 
 /// Coefficients and errors from the matrix that maps the measured values to the coefficients.

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::thread;
 
 use super::axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
 use super::balance::{Balance, Directions, Solved, Terms};
@@ -10,7 +9,7 @@ use super::motion::{Motion, norm};
 use super::refine::{LUGRE, Refined, STRIBECK, refine};
 use super::rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 use crate::machine::Recipe;
-use stickslip_base::{Error, Watch};
+use stickslip_base::{Error, Watch, parallel};
 
 /// Name of the longest stage.
 const FIT: &str = "fit models in the closed loop";
@@ -116,22 +115,21 @@ pub(super) fn candidates(
         return by_forces(balance, solved, motion.offset);
     };
     // Two fits in the closed loop on each of three stretches.
-    let fits = AtomicU32::new(0);
+    let finished = AtomicU32::new(0);
     watch.stage(FIT, 0.0)?;
-    let done = || watch.stage(FIT, f64::from(fits.fetch_add(1, Ordering::Relaxed) + 1) / 6.0);
-    let job = |range: Range<usize>| move || fit_all(motion, around, range, recipe, (watch, &done));
-    let (whole, by_first, by_second) = thread::scope(|scope| {
-        let [a, b] = [first.clone(), second.clone()].map(|range| scope.spawn(job(range)));
-        let whole = job(recipe.skip..samples)();
-        let join = |thread: thread::ScopedJoinHandle<'_, _>| thread.join().expect("a fit does not panic");
-        (whole, join(a), join(b))
-    });
-    let (by_first, by_second) = (by_first?, by_second?);
+    let done = || watch.stage(FIT, f64::from(finished.fetch_add(1, Ordering::Relaxed) + 1) / 6.0);
+    // The whole first, since it takes longest.
+    let ranges = [recipe.skip..samples, first, second.clone()];
+    let fit = |range: &Range<usize>| fit_all(motion, around, range.clone(), recipe, (watch, &done));
+    let mut fits = parallel::map(&ranges, parallel::processors(), fit)?.into_iter();
+    let mut next = || fits.next().expect("one result for each range");
+    let (whole, by_first, by_second) = (next(), next(), next());
     // The first samples of each run are dropped: they still depend on its initial state.
     let drop = recipe.skip.saturating_sub(2);
     let simulate = |model: &AxisModel<f64>, range: Range<usize>| around.simulate(model, range, watch);
     watch.stage("judge the models", 0.0)?;
-    let judged = whole?.into_iter().zip(by_first).zip(by_second).map(|((fit, first_fit), second_fit)| {
+    let fits: Vec<((Fit, Fit), Fit)> = whole.into_iter().zip(by_first).zip(by_second).collect();
+    parallel::map(&fits, parallel::processors(), |((fit, first_fit), second_fit)| {
         let [unseen, other] = [simulate(&first_fit.1, second.clone())?, simulate(&second_fit.1, 2..middle)?];
         let halves = [&unseen, &other];
         Ok(Candidate {
@@ -141,10 +139,9 @@ pub(super) fn candidates(
             unseen: Some(unseen),
             prediction: Some(around.compare(&simulate(&fit.1, 2..samples)?, drop)),
             model: fit.1,
-            refined: fit.2,
+            refined: fit.2.clone(),
         })
-    });
-    judged.collect()
+    })
 }
 
 /// Mean squares over the blocks of a half.

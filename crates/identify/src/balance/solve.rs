@@ -8,7 +8,7 @@ use super::track::Track;
 use super::{Balance, Solved, lag};
 use crate::motion::norm;
 use stickslip_base::Error;
-use stickslip_fit::{LinearFit, fit_instrumented};
+use stickslip_fit::{Instrumented, LinearFit};
 
 /// Error of the delay beside its random one [samples], with instruments from known signals and from the past: of the
 /// interpolation between samples, and of noise. Chosen by simulation, see `docs/studies/intervals.md`.
@@ -27,6 +27,29 @@ const LOAD: f64 = 1.25;
 const WAVES: f64 = 1.7;
 /// Step of the numerical derivative by the delay [samples].
 const STEP: f64 = 0.25;
+
+/// A step of Gauss-Newton.
+struct Step {
+    solved: Instrumented,
+    /// A known inertia, and the share of the force that the other terms explain.
+    known: Option<(f64, f64)>,
+}
+
+impl Step {
+    fn coefficients(&self) -> Vec<f64> {
+        let inertia = self.known.iter().map(|(inertia, _)| *inertia);
+        inertia.chain(self.solved.coefficients().iter().copied()).collect()
+    }
+
+    fn fit(&self) -> LinearFit {
+        let mut fit = self.solved.fit();
+        if let Some((inertia, share)) = self.known {
+            fit.with_known_first(inertia);
+            fit.relative_error *= share;
+        }
+        fit
+    }
+}
 
 impl Balance<'_> {
     /// Solves the balance over a range of samples.
@@ -75,10 +98,10 @@ impl Balance<'_> {
             if (terms.timing.delay - chosen_at).abs() > 2.0 {
                 (chosen_at, rows) = (terms.timing.delay, self.rows(range, &terms));
             }
-            let fit = self.step(&terms, &rows, coefficients.as_deref(), present)?;
-            let is_first = coefficients.replace(fit.coefficients[..count].to_vec()).is_none();
-            let change =
-                |k: usize| if is_first { 0.0 } else { fit.coefficients.get(count + k).copied().unwrap_or(0.0) };
+            let step = self.step(&terms, &rows, coefficients.as_deref(), present)?;
+            let values = step.coefficients();
+            let is_first = coefficients.replace(values[..count].to_vec()).is_none();
+            let change = |k: usize| if is_first { 0.0 } else { values.get(count + k).copied().unwrap_or(0.0) };
             let settled =
                 !is_first && change(0).abs() < 1e-4 && change(1).abs() < 1e-4 * (1.0 + terms.timing.lag.powi(2));
             // Far from the solution the derivative is good for some samples only, and steps that swing are too long.
@@ -86,14 +109,14 @@ impl Balance<'_> {
                 damping *= 0.5;
             }
             swing = change(0);
-            let step = |k: usize| damping * change(k).clamp(-5.0, 5.0);
-            terms.timing.advance(step(0), step(1));
-            solved = Some(fit);
+            let advance = |k: usize| damping * change(k).clamp(-5.0, 5.0);
+            terms.timing.advance(advance(0), advance(1));
+            solved = Some(step);
             if settled {
                 break;
             }
         }
-        let mut fit = solved.expect("there is an iteration");
+        let mut fit = solved.expect("there is an iteration").fit();
         enlarge(&mut fit, ENLARGED[usize::from(self.is_past)] * if terms.load { LOAD } else { 1.0 });
         let values = [terms.timing.total(), 0.5 * terms.timing.lag.powi(2)];
         for (k, value) in values.into_iter().enumerate().take(terms.timing.count()) {
@@ -119,7 +142,7 @@ impl Balance<'_> {
     }
 
     /// One step of Gauss-Newton; without coefficients of the step before, delay and lag are held.
-    fn step(&self, terms: &Terms, rows: &[usize], before: Option<&[f64]>, present: bool) -> Result<LinearFit, Error> {
+    fn step(&self, terms: &Terms, rows: &[usize], before: Option<&[f64]>, present: bool) -> Result<Step, Error> {
         let count = terms.count();
         let extra = if before.is_some() { terms.timing.count() } else { 0 };
         let (mut columns, mut instruments) =
@@ -158,12 +181,12 @@ impl Balance<'_> {
             measured.push(force);
         }
         let instruments = if self.caused.is_some() { &instruments } else { &columns };
-        let Some(inertia) = self.motion.inertia else { return fit_instrumented(&columns, instruments, &measured) };
+        let Some(inertia) = self.motion.inertia else {
+            return Ok(Step { solved: Instrumented::solve(&columns, instruments, &measured)?, known: None });
+        };
         let rest: Vec<f64> = measured.iter().zip(&columns[0]).map(|(f, a)| f - inertia * a).collect();
-        let mut fit = fit_instrumented(&columns[1..], &instruments[1..], &rest)?;
-        fit.with_known_first(inertia);
-        fit.relative_error *= norm(&rest) / norm(&measured);
-        Ok(fit)
+        let solved = Instrumented::solve(&columns[1..], &instruments[1..], &rest)?;
+        Ok(Step { solved, known: Some((inertia, norm(&rest) / norm(&measured))) })
     }
 
     /// The force that the caused motion requires at a sample: the recorded one contains the disturbances.

@@ -96,7 +96,8 @@ impl Wave {
     pub(crate) fn columns(&self, at: Instant) -> [f64; 2] {
         let share = (self.number * at.velocity / self.cutoff).powi(2).powi(self.order);
         let angle = self.number * at.position;
-        [libm::sin(angle), libm::cos(angle)].map(|value| value / (1.0 + share))
+        let (sine, cosine) = libm::sincos(angle);
+        [sine, cosine].map(|value| value / (1.0 + share))
     }
 }
 
