@@ -69,6 +69,11 @@ impl<F: Copy, const N: usize> Mask<Lanes<F, N>> for LaneMask<N> {
     fn select(self, yes: Lanes<F, N>, no: Lanes<F, N>) -> Lanes<F, N> {
         Lanes(fill!(no.0, |i| if self.0[i] { yes.0[i] } else { no.0[i] }))
     }
+
+    #[inline(always)]
+    fn anywhere(self) -> bool {
+        self.0 != [false; N]
+    }
 }
 
 impl<const N: usize> BitAnd for LaneMask<N> {

@@ -265,21 +265,26 @@ impl<T: Scalar> Block<T> for Tick<T> {
 }
 
 impl<T: Scalar> Tick<T> {
-    /// Position control at its own, slower rate: computed in every tick, used when due.
+    /// Position control at its own, slower rate: computed where a lane may be due, used where it is.
     #[inline(always)]
     fn control_position(&self, state: &mut TickState<T>, order: &Order<T>, angle: T, motor_velocity: T) {
         let half = T::of(0.5);
-        let input =
-            AxisControlInput { reference: order.reference, measured_angle: angle, measured_velocity: motor_velocity };
-        let mut next = state.control;
-        let output = self.control.run(&mut next, input, self.control_period);
-        let on = order.control.gt(half);
         let due = order.control_due.gt(half);
-        let following = self.control.take_over(T::of(0.0), input, &state.control, None);
-        let next = next.merge(&following, &mut |on_value, off_value| on.select(on_value, off_value));
-        let torque = on.select(output.torque, T::of(0.0));
-        state.control = next.merge(&state.control, &mut |new, old| due.select(new, old));
-        state.computed_torque = due.select(torque, state.computed_torque);
+        if due.anywhere() {
+            let input = AxisControlInput {
+                reference: order.reference,
+                measured_angle: angle,
+                measured_velocity: motor_velocity,
+            };
+            let mut next = state.control;
+            let output = self.control.run(&mut next, input, self.control_period);
+            let on = order.control.gt(half);
+            let following = self.control.take_over(T::of(0.0), input, &state.control, None);
+            let next = next.merge(&following, &mut |on_value, off_value| on.select(on_value, off_value));
+            let torque = on.select(output.torque, T::of(0.0));
+            state.control = next.merge(&state.control, &mut |new, old| due.select(new, old));
+            state.computed_torque = due.select(torque, state.computed_torque);
+        }
         let release = order.control_release.gt(half);
         state.commanded_torque = release.select(state.computed_torque, state.commanded_torque);
     }
