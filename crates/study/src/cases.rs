@@ -117,7 +117,7 @@ impl Work {
         for manoeuvre in &plan.manoeuvres {
             let mut partial = vec![Partial::default(); presets.len()];
             for (_, seed, chance) in plan.runs().filter(|(other, ..)| other == manoeuvre) {
-                let lane = |preset| Lane { preset, manoeuvre: *manoeuvre, seed, chance };
+                let lane = |preset| Lane { preset, manoeuvre: *manoeuvre, seed, chance, long_steps: true };
                 let lanes: Vec<Lane<'_>> = presets.iter().map(lane).collect();
                 let courses = run_in_lanes(&lanes, watch)?;
                 for (place, course) in courses.into_iter().enumerate() {

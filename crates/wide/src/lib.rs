@@ -6,7 +6,7 @@
 use multiversion::multiversion;
 use multiversion::target::match_target;
 use stickslip_core::fields::Fields as _;
-use stickslip_core::plant::{GlidingMachine, PlantInput, PlantState};
+use stickslip_core::plant::{Glide, GlidingMachine, PlantInput, PlantState};
 use stickslip_core::scalar::Lanes;
 use stickslip_core::tick::{BenchInput, BenchState, Measurement, TickOutput, VirtualBench};
 
@@ -22,7 +22,7 @@ pub type Wide = Lanes<f64, LANES>;
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn tick(
     bench: &VirtualBench<Wide>,
-    steps: usize,
+    steps: (usize, &Glide<Wide>),
     state: &mut BenchState<Wide>,
     input: &BenchInput<Wide>,
     dt: Wide,
@@ -39,7 +39,7 @@ pub fn tick(
 #[multiversion(targets("x86_64+avx2"))]
 pub fn tick_alone(
     bench: &VirtualBench<f64>,
-    steps: usize,
+    steps: (usize, &Glide<f64>),
     state: &mut BenchState<f64>,
     input: &BenchInput<f64>,
     dt: f64,
@@ -62,7 +62,7 @@ pub fn take(
 /// The same bits, one lane after the other.
 pub fn lane_by_lane(
     bench: &VirtualBench<Wide>,
-    steps: usize,
+    (steps, glide): (usize, &Glide<Wide>),
     state: &mut BenchState<Wide>,
     input: &BenchInput<Wide>,
     dt: Wide,
@@ -72,6 +72,7 @@ pub fn lane_by_lane(
     for lane in 0..LANES {
         let of = |value: Wide| value.0[lane];
         let mut one = before.map(&mut { of });
+        let steps = (steps, &glide.map(&mut { of }));
         let result = bench.map(&mut { of }).tick_of(steps, &mut one, input.map(&mut { of }), of(dt));
         let mut put = |mut all: Wide, one: Wide| {
             all.0[lane] = one.0[lane];

@@ -11,8 +11,9 @@ use bench::{STEPS, TICK, bench};
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 use stickslip_core::friction::{ElastoPlastic, Model};
+use stickslip_core::plant::{Glide, GlidingMachine};
 use stickslip_core::scalar::{Lanes, Scalar};
-use stickslip_core::tick::{BenchInput, BenchState, VirtualBench};
+use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
 use stickslip_wide::{LANES, Wide, lane_by_lane, take, tick, tick_alone};
 
 /// Instructions of a function.
@@ -136,12 +137,14 @@ fn contacts_side_by_side_have_the_bits_of_contacts_one_after_the_other() {
     alone.machine.parts.plant.motor_friction.model = Model::ElastoPlastic(ElastoPlastic::default());
     alone.machine.parts.plant.wheel.preload = 0.7;
     let lanes = alone.map(&mut |v: f64| Wide::of(v));
+    let [short, _] = glides(&alone);
+    let wide = short.map(&mut |v: f64| Wide::of(v));
     let (mut state, mut states) = (BenchState::default(), BenchState::default());
     let mut way: f64 = 0.0;
     for cycle in 0..CYCLES {
-        let output = tick_alone(&alone, STEPS, &mut state, &input(0, cycle), TICK);
+        let output = tick_alone(&alone, (STEPS, &short), &mut state, &input(0, cycle), TICK);
         let inputs = side_by_side::<_, LANES>([input(0, cycle); LANES]);
-        let outputs = tick(&lanes, STEPS, &mut states, &inputs, Wide::of(TICK));
+        let outputs = tick(&lanes, (STEPS, &wide), &mut states, &inputs, Wide::of(TICK));
         for (one, all) in numbers(&output).iter().zip(numbers(&outputs)) {
             assert_eq!(one.to_bits(), all.0[0].to_bits(), "in cycle {cycle}");
         }
@@ -171,16 +174,16 @@ fn scalar_and_vector_code_are_distinguished() {
 
 /// Inputs of a lane at a tick: a drive back and forth with noise.
 fn input(lane: usize, cycle: usize) -> BenchInput<f64> {
-    let phase = 0.02 * cycle as f64 + lane as f64;
+    let phase = 0.002 * cycle as f64 + lane as f64;
     let mut input = BenchInput::default();
     input.order.reference.position = phase.sin();
-    input.order.reference.velocity = 80.0 * phase.cos();
+    input.order.reference.velocity = 8.0 * phase.cos();
     input.order.control = 1.0;
     input.order.render = 1.0;
     input.order.control_due = f64::from(u8::from(cycle.is_multiple_of(4)));
     input.order.control_release = f64::from(u8::from(cycle % 4 == 3));
-    input.noise.acceleration = (37.0 * phase).sin();
-    input.noise.tacho = (91.0 * phase).cos();
+    input.noise.acceleration = (370.0 * phase).sin();
+    input.noise.tacho = (910.0 * phase).cos();
     input
 }
 
@@ -206,32 +209,61 @@ fn side_by_side<V: Fields<f64>, const N: usize>(lanes: [V; N]) -> V::With<Lanes<
 
 const CYCLES: usize = 400;
 
+/// Without and with long steps.
+fn glides(bench: &VirtualBench<f64>) -> [Glide<f64>; 2] {
+    let parts = bench.machine.parts;
+    [GlidingMachine::in_short_steps, GlidingMachine::new].map(|of| of(parts, TICK / STEPS as f64).glide)
+}
+
 /// Outputs of one lane's trajectory, computed alone.
-fn alone(lane: usize) -> Vec<u64> {
+fn alone(lane: usize, glide: &Glide<f64>) -> Vec<u64> {
     let (bench, mut state, mut out) = (bench(), BenchState::default(), Vec::new());
     for cycle in 0..CYCLES {
-        let output = bench.step(&mut state, input(lane, cycle), TICK);
+        let output = bench.tick_of((STEPS, glide), &mut state, input(lane, cycle), TICK);
         out.extend(numbers(&output).into_iter().map(f64::to_bits));
     }
     out
 }
 
+/// The same as a block.
+fn as_block(lane: usize) -> Vec<u64> {
+    let (bench, mut state) = (bench(), BenchState::default());
+    let outputs = (0..CYCLES).map(|cycle| bench.step(&mut state, input(lane, cycle), TICK));
+    outputs.flat_map(|output| numbers(&output)).map(f64::to_bits).collect()
+}
+
 /// With the vectors of this processor, and without vectors.
 #[test]
 fn lanes_have_the_bits_of_f64() {
-    let alone: [Vec<u64>; LANES] = std::array::from_fn(alone);
+    let glides = glides(&bench());
+    let [short, long]: [[Vec<u64>; LANES]; 2] =
+        glides.each_ref().map(|glide| std::array::from_fn(|lane| alone(lane, glide)));
+    assert!(short == std::array::from_fn(as_block), "short steps are those of the block");
+    let gliding = short.iter().zip(&long).filter(|(short, long)| short != long).count();
+    assert!(gliding > 2, "{gliding} lanes take long steps");
     let bench: VirtualBench<Wide> = bench().map(&mut |v: f64| Wide::of(v));
-    for (name, tick) in [("tick", tick as fn(&_, _, &mut _, &_, _) -> _), ("lane_by_lane", lane_by_lane)] {
+    type Ticked = fn(
+        &VirtualBench<Wide>,
+        (usize, &Glide<Wide>),
+        &mut BenchState<Wide>,
+        &BenchInput<Wide>,
+        Wide,
+    ) -> TickOutput<Wide>;
+    let ways: [(&str, Ticked); 2] = [("tick", tick), ("lane_by_lane", lane_by_lane)];
+    for ((name, tick), (alone, glide)) in
+        ways.into_iter().flat_map(|way| [(way, (&short, &glides[0])), (way, (&long, &glides[1]))])
+    {
+        let glide = glide.map(&mut |v: f64| Wide::of(v));
         let mut state = BenchState::default();
         let mut lanes: [Vec<u64>; LANES] = std::array::from_fn(|_| Vec::new());
         for cycle in 0..CYCLES {
             let input = side_by_side::<_, LANES>(std::array::from_fn(|lane| input(lane, cycle)));
-            let output = tick(&bench, STEPS, &mut state, &input, Wide::of(TICK));
+            let output = tick(&bench, (STEPS, &glide), &mut state, &input, Wide::of(TICK));
             for number in numbers(&output) {
                 lanes.iter_mut().zip(number.0).for_each(|(lane, v)| lane.push(v.to_bits()));
             }
         }
-        for (lane, (bits, alone)) in lanes.iter().zip(&alone).enumerate() {
+        for (lane, (bits, alone)) in lanes.iter().zip(alone).enumerate() {
             assert!(bits == alone, "{name}: lane {lane} differs");
         }
     }

@@ -6,7 +6,7 @@
 
 use core::f64::consts::TAU;
 
-use super::{Arm, Backlash, Machine, MachineInput, MachineState, Plant, PlantInput, PlantState, VirtualMachine};
+use super::{Arm, Backlash, Machine, MachineInput, MachineState, Plant, PlantInput, PlantState, Seen, VirtualMachine};
 use crate::Fields;
 use crate::drive::{INPUTS, STATES, half_flow};
 use crate::fields::Fields as _;
@@ -76,32 +76,54 @@ impl<T: Scalar> GlidingMachine<T> {
     /// As [`VirtualMachine::take`], in long steps if the machine slides steadily.
     #[inline(always)]
     pub fn take(&self, steps: usize, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
-        let held = self.short.held(input);
-        let (long, rest) = (steps / self.glide.steps, steps % self.glide.steps);
-        let steady = self.glide.is_steady(&self.short.parts, &state.machine, held.0);
-        if long == 0 || !steady.anywhere() {
-            return self.short.take(steps, state, input, dt);
-        }
-        let mut glided = *state;
-        let mut seen =
-            self.glide.parts.go(long, Some(self.glide.ramp), &mut glided, held, dt * T::of(self.glide.steps as f64));
-        if rest > 0 {
-            seen = self.short.parts.go(rest, None, &mut glided, held, dt);
-        }
-        // Lanes may differ: the others take short steps.
-        if (!steady).anywhere() {
-            let (motion, voltages) = self.short.parts.go(steps, None, state, held, dt);
-            let mut select = |short, long| steady.select(long, short);
-            seen = (motion.merge(&seen.0, &mut select), voltages.merge(&seen.1, &mut select));
-            *state = state.merge(&glided, &mut select);
-        } else {
-            *state = glided;
-        }
-        self.short.readings(state, seen, input, dt)
+        self.glide.take(&self.short, steps, state, input, dt)
     }
 }
 
 impl<T: Scalar> Glide<T> {
+    /// A tick of this machine: see [`GlidingMachine::take`].
+    #[inline(always)]
+    pub(crate) fn take(
+        &self,
+        short: &VirtualMachine<T>,
+        steps: usize,
+        state: &mut PlantState<T>,
+        input: PlantInput<T>,
+        dt: T,
+    ) -> Measurement<T> {
+        let held = short.held(input);
+        let (long, rest) = if self.steps > 1 { (steps / self.steps, steps % self.steps) } else { (0, steps) };
+        let steady = self.is_steady(&short.parts, &state.machine, held.0);
+        let glides = long > 0 && steady.anywhere();
+        let creeps = !glides || (!steady).anywhere();
+        // Lanes may differ: then both are computed.
+        let mut glided = glides.then_some(*state);
+        let (mut seen, mut seen_gliding) = (Seen::default(), Seen::default());
+        let pieces = [
+            (true, &self.parts, long, Some(self.ramp)),
+            (true, &short.parts, rest, None),
+            (false, &short.parts, if creeps { steps } else { 0 }, None),
+        ];
+        // One loop over all pieces: the code of a step is long.
+        for (gliding, parts, count, ramp) in pieces {
+            let (state, seen) = match (gliding, &mut glided) {
+                (true, Some(glided)) => (glided, &mut seen_gliding),
+                (true, None) => continue,
+                (false, _) => (&mut *state, &mut seen),
+            };
+            if count > 0 {
+                let dt = if ramp.is_some() { dt * T::of(self.steps as f64) } else { dt };
+                *seen = parts.go(count, ramp, state, held, dt);
+            }
+        }
+        if let Some(glided) = glided {
+            let mut select = |short, long| if creeps { steady.select(long, short) } else { long };
+            seen = (seen.0.merge(&seen_gliding.0, &mut select), seen.1.merge(&seen_gliding.1, &mut select));
+            *state = state.merge(&glided, &mut select);
+        }
+        short.readings(state, seen, input, dt)
+    }
+
     /// Long steps of a machine prepared for steps of `dt` [s].
     fn new(machine: &Machine<T>, dt: T) -> Self {
         let plant = &machine.plant;

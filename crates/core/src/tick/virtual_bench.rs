@@ -3,7 +3,7 @@
 use super::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 use crate::Fields;
 use crate::block::Block;
-use crate::plant::{Noise, PlantInput, PlantState, VirtualMachine};
+use crate::plant::{Glide, Noise, PlantInput, PlantState, VirtualMachine};
 use crate::scalar::Scalar;
 
 /// The whole bench, virtual machine and software: one tick.
@@ -60,12 +60,19 @@ impl<T: Scalar> Block<T> for VirtualBench<T> {
 }
 
 impl<T: Scalar> VirtualBench<T> {
-    /// A tick that lasts this number of steps of the virtual machine, while the software assumes `dt` [s].
+    /// A tick that lasts this number of steps of the virtual machine, with these long steps in steady sliding, while the
+    /// software assumes `dt` [s].
     #[inline(always)]
-    pub fn tick_of(&self, steps: usize, state: &mut BenchState<T>, input: BenchInput<T>, dt: T) -> TickOutput<T> {
+    pub fn tick_of(
+        &self,
+        (steps, glide): (usize, &Glide<T>),
+        state: &mut BenchState<T>,
+        input: BenchInput<T>,
+        dt: T,
+    ) -> TickOutput<T> {
         let (output, acting) = self.software(state, input, dt);
         let step = dt / T::of(self.machine.parts.steps as f64);
-        state.measurement = self.machine.take(steps, &mut state.plant, acting, step);
+        state.measurement = glide.take(&self.machine, steps, &mut state.plant, acting, step);
         output
     }
 

@@ -1,6 +1,7 @@
 //! Machines in vector lanes.
 
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
+use stickslip_core::plant::Glide;
 use stickslip_core::scalar::Scalar;
 use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
 pub use stickslip_wide::LANES;
@@ -20,7 +21,7 @@ pub trait LaneNumber: Scalar {
     /// A tick of the bench; see [`VirtualBench::tick_of`].
     fn tick(
         bench: &VirtualBench<Self>,
-        steps: usize,
+        steps: (usize, &Glide<Self>),
         state: &mut BenchState<Self>,
         input: BenchInput<Self>,
         dt: Self,
@@ -38,7 +39,7 @@ impl LaneNumber for f64 {
 
     fn tick(
         bench: &VirtualBench<f64>,
-        steps: usize,
+        steps: (usize, &Glide<f64>),
         state: &mut BenchState<f64>,
         input: BenchInput<f64>,
         dt: f64,
@@ -59,7 +60,7 @@ impl LaneNumber for Wide {
 
     fn tick(
         bench: &VirtualBench<Self>,
-        steps: usize,
+        steps: (usize, &Glide<Self>),
         state: &mut BenchState<Self>,
         input: BenchInput<Self>,
         dt: Self,
@@ -79,6 +80,7 @@ impl FastBench {
         let of = |lane: usize| machines.get(lane).unwrap_or(last);
         Some(FastBench {
             bench: gather(|lane| of(lane).bench),
+            glide: gather(|lane| of(lane).glide),
             state: gather(|lane| of(lane).state),
             normals: std::array::from_fn(|lane| of(lane).normals[0]),
             ticks: first.ticks,
@@ -94,6 +96,7 @@ impl FastBench {
         schedule(self) == schedule(other)
             && (self.ticks.are_equal() || self.normals == other.normals)
             && contents(self.bench).configuration == contents(other.bench).configuration
+            && contents(self.glide).configuration == contents(other.glide).configuration
             && contents(self.state).configuration == contents(other.state).configuration
     }
 }

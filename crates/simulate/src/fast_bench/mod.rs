@@ -10,7 +10,7 @@ mod lanes;
 pub use lanes::{LANES, LaneNumber, vectors};
 use stickslip_core::block::Block as _;
 use stickslip_core::fields::Fields as _;
-use stickslip_core::plant::{Noise, Plant, PlantInput, VirtualMachine};
+use stickslip_core::plant::{Glide, GlidingMachine, Noise, Plant, PlantInput};
 use stickslip_core::tick::{BenchInput, BenchState, Order, Tick, TickOutput, VirtualBench};
 
 use crate::integrator;
@@ -22,6 +22,7 @@ use stickslip_base::preset::Settings;
 #[derive(Clone, Debug)]
 pub struct FastBench<T = f64> {
     bench: VirtualBench<T>,
+    glide: Glide<T>,
     state: BenchState<T>,
     /// Noise of each lane.
     normals: [Normals; LANES],
@@ -45,13 +46,24 @@ impl FastBench {
     ) -> Result<Self, Error> {
         let settings = with_jitter_step(settings, plant);
         let (dt, (steps, step)) = (settings.tick_time(), settings.plant_steps());
-        let machine = VirtualMachine { parts: integrator::prepare(plant, steps, step)? };
+        let parts = integrator::prepare(plant, steps, step)?;
+        let GlidingMachine { short: machine, glide } = GlidingMachine::in_short_steps(parts, step);
         let bench = VirtualBench { machine, tick };
         let mut state = BenchState::default();
         // One tick at rest fills the pickups and gives the first readings.
         state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);
         let ticks = Ticks::new(steps, step, plant.tick_jitter);
-        Ok(FastBench { bench, state, normals: [Normals::new(seed); LANES], ticks, dt, divider, cycle: 0 })
+        Ok(FastBench { bench, glide, state, normals: [Normals::new(seed); LANES], ticks, dt, divider, cycle: 0 })
+    }
+}
+
+impl FastBench {
+    /// The same with long steps in steady sliding.
+    #[must_use]
+    pub fn in_long_steps(mut self) -> Self {
+        let parts = self.bench.machine.parts;
+        self.glide = GlidingMachine::new(parts, self.dt / parts.steps as f64).glide;
+        self
     }
 }
 
@@ -62,7 +74,7 @@ impl<T: LaneNumber> FastBench<T> {
         let input = BenchInput { order, external_torque: T::of(0.0), noise: self.noise() };
         let steps = self.ticks.steps(&self.normals[0], self.cycle);
         self.cycle += 1;
-        T::tick(&self.bench, steps, &mut self.state, input, T::of(self.dt))
+        T::tick(&self.bench, (steps, &self.glide), &mut self.state, input, T::of(self.dt))
     }
 
     /// The noise of a tick; neighbours of the same seed share it.

@@ -225,7 +225,8 @@ impl Outcome {
             for (index, name) in names.into_iter().enumerate() {
                 let Some(entrant) = self.plan.entrants.iter().find(|entrant| entrant.name == *name) else { continue };
                 let preset = entrant.on(&friction.on(&self.plan.preset), self.controller(entrant));
-                let lane = Lane { preset: &preset, manoeuvre: Manoeuvre::Reversal, seed: 1, chance: 0.5 };
+                let lane =
+                    Lane { preset: &preset, manoeuvre: Manoeuvre::Reversal, seed: 1, chance: 0.5, long_steps: false };
                 let Some(course) = entrant.run(&[lane], &Watch::silent())?.pop().flatten() else { continue };
                 let points =
                     course.deviation.iter().enumerate().map(|(k, e)| (k as f64 * course.period - REVERSAL, 1e3 * e));

@@ -25,6 +25,8 @@ pub struct Lane<'a> {
     pub seed: u64,
     /// Place of the set-point between two counts.
     pub chance: f64,
+    /// Whether the machine takes long steps in steady sliding; results differ by the integrator's error.
+    pub long_steps: bool,
 }
 
 /// Runs a manoeuvre with the torque of an external controller: from a sample to a torque [N m], or `None`, with which
@@ -94,12 +96,13 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(lane: Lane<'a>) -> Result<(FastBench, Run<'a>), Error> {
-        let Lane { preset, manoeuvre, seed, chance } = lane;
+        let Lane { preset, manoeuvre, seed, chance, long_steps } = lane;
         let settings = &preset.bench;
         let divider = settings.divider();
         let mut tick = software(&preset.model, settings)?;
         tick.law = stickslip_core::render::Law::Off;
         let bench = FastBench::new(&preset.plant, tick, settings, divider, seed)?;
+        let bench = if long_steps { bench.in_long_steps() } else { bench };
         let (reference, duration) = manoeuvre.reference(preset, chance);
         let in_samples = |time: f64| ((time / settings.control_period()).round() as u64) * divider;
         let rest = in_samples(REST);
@@ -233,7 +236,8 @@ mod tests {
     fn machines_side_by_side_have_the_same_numbers_as_alone() {
         let presets = spread("prototype");
         for (manoeuvre, chance) in [(Manoeuvre::FastSine, 0.5), (Manoeuvre::Strokes, 0.3)] {
-            let lane = |preset| Lane { preset, manoeuvre, seed: 2, chance };
+            let lane =
+                |preset| Lane { preset, manoeuvre, seed: 2, chance, long_steps: manoeuvre == Manoeuvre::FastSine };
             let lanes: Vec<Lane<'_>> = presets.iter().map(lane).collect();
             let together = run_in_lanes(&lanes, &Watch::silent()).unwrap();
             for (index, (together, preset)) in together.into_iter().zip(&presets).enumerate() {
@@ -262,6 +266,7 @@ mod tests {
             manoeuvre: [Manoeuvre::FastSine, Manoeuvre::Strokes][k % 3 % 2],
             seed: 1 + (k / 2) as u64,
             chance: 0.1 * k as f64,
+            long_steps: true,
         };
         let lanes: Vec<Lane<'_>> = (0..6).map(lane).collect();
         let together = run_in_lanes(&lanes, &Watch::silent()).unwrap();
@@ -272,9 +277,23 @@ mod tests {
     }
 
     #[test]
+    fn long_steps_change_a_measure_by_less_than_another_noise() {
+        let preset = spread("clm-bench")[0];
+        let rms = |long_steps, seed| {
+            let lane = Lane { preset: &preset, manoeuvre: Manoeuvre::FastSine, seed, chance: 0.5, long_steps };
+            let course = run_in_lanes(&[lane], &Watch::silent()).unwrap().remove(0).unwrap().unwrap();
+            lane.manoeuvre.judge(&course, &preset, lane.chance)[0]
+        };
+        let [short, long, other] = [(false, 1), (true, 1), (false, 2)].map(|(long_steps, seed)| rms(long_steps, seed));
+        println!("short {short} long {long} other noise {other}");
+        assert!(long != short, "no tick was taken in long steps");
+        assert!((long - short).abs() < 0.2 * (other - short).abs(), "{short} {long} {other}");
+    }
+
+    #[test]
     fn only_machines_that_differ_by_numbers_share_lanes() {
         let presets = spread("prototype");
-        let lane = |preset, seed| Lane { preset, manoeuvre: Manoeuvre::FastSine, seed, chance: 0.5 };
+        let lane = |preset, seed| Lane { preset, manoeuvre: Manoeuvre::FastSine, seed, chance: 0.5, long_steps: false };
         let bench = |index: usize, seed: u64| Run::new(lane(&presets[index], seed)).unwrap().0;
         assert!(bench(1, 2).beside(&bench(0, 2)));
         assert!(!bench(3, 2).beside(&bench(0, 2)), "another model of friction");

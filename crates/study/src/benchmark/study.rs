@@ -207,7 +207,7 @@ fn vectors(plan: &Plan, cells: &[Open]) -> Vec<Vec<(usize, usize)>> {
         let mut runs: Vec<_> =
             (0..cells.len()).filter(|&cell| cells[cell].cell.entrant == entrant).flat_map(of).collect();
         let order = |&(cell, run): &(usize, usize)| {
-            let Lane { preset, manoeuvre, seed, chance } = cells[cell].lane(run);
+            let Lane { preset, manoeuvre, seed, chance, .. } = cells[cell].lane(run);
             // The longest first; neighbours of the same seed share their noise.
             (std::cmp::Reverse((simulated_time(manoeuvre, preset, chance) * 1e3) as u64), seed)
         };
@@ -253,7 +253,7 @@ impl Open {
 
     fn lane(&self, run: usize) -> Lane<'_> {
         let (manoeuvre, seed, chance) = self.runs[run];
-        Lane { preset: &self.preset, manoeuvre, seed, chance }
+        Lane { preset: &self.preset, manoeuvre, seed, chance, long_steps: false }
     }
 
     fn is_finished(&self) -> bool {
