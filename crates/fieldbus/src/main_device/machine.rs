@@ -112,13 +112,20 @@ pub fn open(preset: &Preset<f64>, address: &str) -> Result<(Box<dyn Io + Send>, 
 
 /// The interface as a raw socket.
 pub(crate) fn socket(interface: &str) -> Result<Socket, MainDeviceError> {
-    Socket::open(interface).map_err(|error| {
+    let refused = |reason: String, remedy| MainDeviceError::Interface { interface: interface.into(), reason, remedy };
+    let socket = Socket::open(interface).map_err(|error| {
         let remedy = match error.kind() {
             std::io::ErrorKind::PermissionDenied => "Raw sockets need the capability CAP_NET_RAW: run as root.",
             _ => "`ip link` lists the interfaces; `ip link set NAME up` switches one on.",
         };
-        MainDeviceError::Interface { interface: interface.into(), reason: error.to_string(), remedy }
-    })
+        refused(error.to_string(), remedy)
+    })?;
+    let state = std::fs::read_to_string(format!("/sys/class/net/{interface}/operstate")).unwrap_or_default();
+    if ["down", "lowerlayerdown"].contains(&state.trim()) {
+        let remedy = "Switch it on by `ip link set NAME up`, and check the cable.";
+        return Err(refused("the interface is off, or has no link".into(), remedy));
+    }
+    Ok(socket)
 }
 
 /// What the preset and the file require.
