@@ -9,7 +9,7 @@ use crate::watched::watched;
 
 /// Compare rendered with true friction.
 #[pyfunction]
-#[pyo3(signature = (presets, laws, rates, wheel, mismatches, scenarios, quick, seeds, threads, progress))]
+#[pyo3(signature = (presets, laws, rates, wheel, mismatches, observers, scenarios, quick, seeds, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn fidelity_of(
     py: Python<'_>,
@@ -18,6 +18,7 @@ pub(crate) fn fidelity_of(
     rates: Vec<f64>,
     wheel: Option<bool>,
     mismatches: Vec<String>,
+    observers: Vec<String>,
     scenarios: Vec<String>,
     quick: bool,
     seeds: Option<u64>,
@@ -25,7 +26,7 @@ pub(crate) fn fidelity_of(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Outcome> {
     let threads = threads.unwrap_or(0);
-    let selection = Selection { quick, seeds, presets, laws, rates, wheel, mismatches, scenarios, threads };
+    let selection = Selection { quick, seeds, presets, laws, rates, wheel, mismatches, observers, scenarios, threads };
     let plan = selection.plan().map_err(|error| raised(py, &error))?;
     Ok(Outcome::of(watched(py, progress, move |watch| run_plan(&plan, watch))?))
 }

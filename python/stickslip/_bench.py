@@ -248,6 +248,7 @@ def fidelity(
     rates: Sequence[float] = (),
     wheel: bool | None = None,
     mismatches: Sequence[str] = (),
+    observers: Sequence[str] = (),
     scenarios: Sequence[str] = (),
     quick: bool = False,
     seeds: int | None = None,
@@ -258,6 +259,7 @@ def fidelity(
 
     - `presets`: names or parameter files.
     - `laws`, `mismatches`, `scenarios`: names of rendering laws, model errors and scenarios.
+    - `observers`: "accelerometer" or "model", a bench without accelerometer and tacho.
     - `rates`: tick rates [Hz].
     - `wheel`: with the friction wheel pressed (True) or released (False).
     - `quick`: run the short comparison.
@@ -278,13 +280,15 @@ def fidelity(
         list(rates),
         wheel,
         list(mismatches),
+        list(observers),
         list(scenarios),
         quick,
         seeds,
         threads,
         progress,
     )
-    chosen = f"{presets}, laws={laws}, rates={rates}, wheel={wheel}, mismatches={mismatches}, scenarios={scenarios}"
+    chosen = f"{presets}, laws={laws}, rates={rates}, wheel={wheel}, mismatches={mismatches}"
+    chosen += f", observers={observers}, scenarios={scenarios}"
     return Result(outcome, f"stickslip.fidelity({chosen}, quick={quick}, seeds={seeds})")
 
 

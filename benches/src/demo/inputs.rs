@@ -5,6 +5,7 @@ use std::error::Error;
 use stickslip::bench::tap::{ChangeKind, Changed, Sample, Stream};
 use stickslip::{Preset, design};
 use stickslip_core::control::PositionController;
+use stickslip_core::estimate::MotionObserver;
 use stickslip_core::friction::{ElastoPlastic, Fading, Friction, Model, Stribeck};
 use stickslip_core::render::{DifferenceTorque, Law};
 use stickslip_software::cycle::{Change, Parameters};
@@ -111,7 +112,10 @@ fn parameters(preset: &Preset<f64>, software: &Parameters<f64>) -> Result<Vec<f6
     all.extend([accelerometer.bandwidth, accelerometer.damping, accelerometer.range]);
     all.extend([sensor.sensitivity, sensor.offset, sensor.noise, sensor.range]);
     all.extend([plant.inputs.bits, plant.inputs.range, plant.inputs.noise, plant.outputs.bits, plant.outputs.range]);
-    let (scaling, observer) = (&tick.scaling, &tick.observer);
+    let scaling = &tick.scaling;
+    let MotionObserver::Accelerometer(observer) = &tick.observer else {
+        return Err("the peer in C has an accelerometer".into());
+    };
     all.extend([scaling.tacho, scaling.accelerometer, scaling.current_sensor]);
     all.extend([scaling.torque_per_volt, scaling.servo_limit]);
     all.extend([observer.screw_ratio, observer.angle_gain, observer.velocity_gain, observer.offset_gain]);

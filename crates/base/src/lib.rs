@@ -35,10 +35,10 @@ pub use error::{Error, did_you_mean};
 pub use excerpt::excerpt;
 pub use preset::{
     AdaptiveChoice, ArmDamping, AssumedFriction, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
-    DampedArm, DisturbanceObserverChoice, Disturbances, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
-    FriedlandParkChoice, LawChoice, Model, ModelUncertainty, NetworkChoice, NotchChoice, Observation, Poles,
-    PredictiveFeedback, Preset, Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking,
-    Vibration,
+    DampedArm, DisturbanceObserverChoice, Disturbances, DriveModelTrust, FeedforwardChoice, FilterChoice,
+    FrictionObserverChoice, FriedlandParkChoice, LawChoice, Model, ModelUncertainty, NetworkChoice, NotchChoice,
+    Observation, ObserverChoice, Poles, PredictiveFeedback, Preset, Quadratic, Regulation, Residual, Settings,
+    ShaperChoice, StateFeedback, Tracking, Vibration,
 };
 pub use summary::Summary;
 pub use watch::Watch;

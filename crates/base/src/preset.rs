@@ -119,7 +119,9 @@ pub struct Settings<T> {
     /// Longest step of the virtual machine. A tick has a whole number of equal steps.
     #[field(symbol = "h", unit = "s", range = 1e-7..=25e-6, default = 25e-6)]
     pub plant_step: T,
-    /// Decay rates of the velocity observer, three real poles.
+    /// Source of the estimated velocities besides the encoder.
+    pub observer: ObserverChoice<T>,
+    /// Decay rates of the observer with accelerometer, three real poles.
     #[field(symbol = "p", unit = "1/s", range = 1.0..=2000.0, default = 250.0)]
     pub observer_poles: [T; 3],
     /// The position controller.
@@ -151,6 +153,25 @@ pub struct Settings<T> {
     pub safety: SafetyLimits<T>,
     /// Search for the index pulse.
     pub homing: HomingPlan<T>,
+}
+
+/// Observer of the velocities of screw and motor.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum ObserverChoice<T> {
+    /// Encoder, accelerometer and tacho; no model of the drive.
+    Accelerometer,
+    /// Encoder, torques of both motors and the model of the drive, for a bench without accelerometer and tacho.
+    Model(DriveModelTrust<T>),
+}
+
+/// Trust of the observer in the model of the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct DriveModelTrust<T> {
+    /// Rate at which the torque that is missing in the model may change. A larger value follows friction that differs
+    /// from the model, a smaller one passes less noise of the encoder.
+    #[field(symbol = "q_r", unit = "N m √Hz", range = 1e-5..=10.0, default = 0.1)]
+    pub missing_torque: T,
 }
 
 /// Law that renders the difference of desired and own friction.

@@ -9,7 +9,7 @@ use stickslip_core::render::{ArmRendering, RenderedArm};
 
 use super::margin::rigid_limit;
 use stickslip_base::Error;
-use stickslip_base::preset::{Model, Settings};
+use stickslip_base::preset::{Model, ObserverChoice, Settings};
 
 /// Share of the slowest observer pole up to which the observed motion drives the mode: above it the observer lags too
 /// much, and the measured acceleration is better.
@@ -74,7 +74,11 @@ fn limit_of(rendering: &ArmRendering<f64>, model: &Model<f64>, settings: &Settin
 
 fn prepared(arm: &ElasticArm<f64>, filtered: bool, model: &Model<f64>, settings: &Settings<f64>) -> ArmRendering<f64> {
     let dt = settings.tick_time();
-    let slowest = settings.observer_poles.into_iter().fold(f64::INFINITY, f64::min);
+    let slowest = match settings.observer {
+        ObserverChoice::Accelerometer => settings.observer_poles.into_iter().fold(f64::INFINITY, f64::min),
+        // The model follows the torque of the load motor without lag; there is no accelerometer.
+        ObserverChoice::Model(_) => f64::INFINITY,
+    };
     let followed = arm.angular_frequency() <= OBSERVED * slowest;
     ArmRendering {
         arm: *arm,

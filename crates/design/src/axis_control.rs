@@ -125,7 +125,7 @@ fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Result<Compensa
             let (sliding, bristles) = load_friction(choice.desired > 0.5, model, settings);
             let trust = Trust { missing_torque: choice.missing_torque, ..Trust::default() };
             Compensation::FrictionObserver(FrictionObserver {
-                observer: unloaded_drive(model, bristles.under(sliding), period, &trust)?,
+                observer: unloaded_drive(model, bristles.under(sliding), settings, &trust)?,
                 preview: preview - period,
                 share: choice.share * (1.0 - model.doubt.friction),
                 torque_limit,

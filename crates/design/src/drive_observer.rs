@@ -4,12 +4,12 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use nalgebra::DMatrix;
 use stickslip_core::drive::{TwoMass, Winding};
-use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
+use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, MotionObserver, ObserverGains};
 use stickslip_core::friction::Friction;
 
-use super::{kalman_filter, zero_order_hold};
+use super::{discrete_lyapunov, kalman_filter, velocity_observer, zero_order_hold};
 use stickslip_base::Error;
-use stickslip_base::preset::{Model, Settings};
+use stickslip_base::preset::{DriveModelTrust, Model, ObserverChoice, Settings};
 
 /// Uncertainty of the model, as white noise on its rates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,9 +43,41 @@ pub(super) const CONVERTER_NOISE: f64 = 20.0 / 65536.0 * 1.04;
 /// Order of the states of the linear filter.
 const STATES: usize = 9;
 
-/// Corrected states: all, or those observable by encoder and tacho.
-const ALL: [usize; STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
-const WITHOUT_ACCELEROMETER: [usize; 6] = [0, 1, 2, 3, 4, 6];
+/// Sensors that correct an observer.
+#[derive(Clone, Copy)]
+enum Sensors {
+    Encoder,
+    EncoderAndTacho,
+    All,
+}
+
+impl Sensors {
+    /// Those of a bench.
+    fn of(settings: &Settings<f64>) -> Self {
+        match settings.observer {
+            ObserverChoice::Accelerometer => Sensors::All,
+            ObserverChoice::Model(_) => Sensors::Encoder,
+        }
+    }
+
+    /// Number of rows of the output matrix.
+    fn outputs(self) -> usize {
+        match self {
+            Sensors::Encoder => 1,
+            Sensors::EncoderAndTacho => 2,
+            Sensors::All => 3,
+        }
+    }
+
+    /// States that they make observable.
+    fn states(self) -> &'static [usize] {
+        match self {
+            Sensors::Encoder => &[0, 1, 2, 3, 4],
+            Sensors::EncoderAndTacho => &[0, 1, 2, 3, 4, 6],
+            Sensors::All => &[0, 1, 2, 3, 4, 5, 6, 7, 8],
+        }
+    }
+}
 
 /// The observer of the modelled drive.
 ///
@@ -56,20 +88,42 @@ pub fn drive_observer(
     settings: &Settings<f64>,
     trust: &Trust,
 ) -> Result<DriveObserver<f64>, Error> {
-    corrected_drive(model, (settings.tick_time(), LONGEST_STEP), trust, &ALL)
+    corrected_drive(model, (settings.tick_time(), LONGEST_STEP), trust, Sensors::of(settings))
 }
 
-/// The same sampled with `dt` [s] by encoder and tacho alone, of a load with this friction and without load motor.
+/// The observer of the bench's velocities.
+///
+/// # Errors
+/// As the design functions.
+pub fn motion_observer(model: &Model<f64>, settings: &Settings<f64>) -> Result<MotionObserver<f64>, Error> {
+    Ok(match settings.observer {
+        ObserverChoice::Accelerometer => {
+            let poles = settings.observer_poles;
+            MotionObserver::Accelerometer(velocity_observer(poles, model.drive.screw_lead, settings.tick_time())?)
+        }
+        ObserverChoice::Model(DriveModelTrust { missing_torque }) => {
+            MotionObserver::Model(drive_observer(model, settings, &Trust { missing_torque, ..Trust::default() })?)
+        }
+    })
+}
+
+/// The observer sampled at the rate of the position controller by encoder and tacho, if the bench has one, of a load
+/// with this friction and without load motor.
 ///
 /// # Errors
 /// As the design functions.
 pub(super) fn unloaded_drive(
     model: &Model<f64>,
     friction: Friction<f64>,
-    dt: f64,
+    settings: &Settings<f64>,
     trust: &Trust,
 ) -> Result<DriveObserver<f64>, Error> {
-    let mut observer = corrected_drive(model, (dt, LONGEST_FOR_CONTROL.min(0.5 * dt)), trust, &WITHOUT_ACCELEROMETER)?;
+    let sensors = match Sensors::of(settings) {
+        Sensors::All => Sensors::EncoderAndTacho,
+        fewer => fewer,
+    };
+    let dt = settings.control_period();
+    let mut observer = corrected_drive(model, (dt, LONGEST_FOR_CONTROL.min(0.5 * dt)), trust, sensors)?;
     observer.model = without_load_motor(model, friction, dt / observer.steps as f64);
     observer.gains.current = 0.0;
     observer.fast_gains.current = 0.0;
@@ -100,17 +154,17 @@ fn steps_within(dt: f64, longest: f64) -> usize {
     (dt / longest - 1e-9).ceil().max(1.0) as usize
 }
 
-/// The observer of the drive, with corrections of these states, sampled with `dt` in steps of at most `longest` [s].
+/// The observer of the drive, corrected by these sensors, sampled with `dt` in steps of at most `longest` [s].
 fn corrected_drive(
     model: &Model<f64>,
     (dt, longest): (f64, f64),
     trust: &Trust,
-    states: &[usize],
+    sensors: Sensors,
 ) -> Result<DriveObserver<f64>, Error> {
     let steps = steps_within(dt, longest);
     let observer = modelled_drive(model, dt / steps as f64)?;
     let linear = Linear::new(model, dt, trust)?;
-    let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed, states));
+    let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed, sensors));
     // The speed at which the ripple is as large as the tacho's error at standstill; without ripple both sets are equal.
     let ripple_velocity = (slow_tacho(model) / model.tacho_ripple).min(1e6);
     Ok(DriveObserver { steps, gains: gains?, fast_gains: fast_gains?, ripple_velocity, ..observer })
@@ -141,6 +195,34 @@ pub fn modelled_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64
     })
 }
 
+/// Deviation of the encoder's counts while the screw turns [rad].
+fn count_noise(model: &Model<f64>) -> f64 {
+    TAU / model.encoder.counts_per_revolution / 12f64.sqrt()
+}
+
+/// Corrections by the encoder of the states that it makes observable.
+fn encoder_gain(gains: &ObserverGains<f64>) -> DMatrix<f64> {
+    let rows = [gains.angle, gains.twist, gains.motor_velocity, gains.velocity, gains.torque];
+    DMatrix::from_fn(rows.len(), 1, |row, _| rows[row][0])
+}
+
+/// Standard deviation of the velocity of the screw by encoder and exact model alone [rad/s].
+///
+/// P = F·P·Fᵀ + K·R·Kᵀ with F = (I − K·C)·Φ.
+///
+/// # Errors
+/// As the design functions.
+pub(super) fn encoder_noise(model: &Model<f64>, dt: f64, trust: &Trust) -> Result<f64, Error> {
+    let linear = Linear::new(model, dt, trust)?;
+    let gains = linear.gains(model, 0.0, Sensors::Encoder)?;
+    let gain = encoder_gain(&gains);
+    let Linear { phi, outputs, .. } = linear.part(Sensors::Encoder);
+    let uncorrected = DMatrix::identity(gain.nrows(), gain.nrows()) - &gain * outputs;
+    let pulled = gain * count_noise(model);
+    let covariance = discrete_lyapunov(&(uncorrected * phi), &(&pulled * pulled.transpose()))?;
+    Ok(covariance[(VELOCITY, VELOCITY)].sqrt())
+}
+
 /// Deviation of the tacho's readings at standstill [rad/s].
 pub(super) fn slow_tacho(model: &Model<f64>) -> f64 {
     libm::hypot(model.tacho_noise, CONVERTER_NOISE) / model.scaling.tacho
@@ -148,6 +230,8 @@ pub(super) fn slow_tacho(model: &Model<f64>) -> f64 {
 
 /// Order of the states of the drive's masses: φ, δ, Ω_M, Ω.
 pub(super) const MOTION: usize = 4;
+/// Place of Ω among them.
+const VELOCITY: usize = 3;
 
 /// The rates of angle, twist, motor velocity and velocity from these four; torques are added.
 pub(super) fn motion(drive: &TwoMass<f64>) -> DMatrix<f64> {
@@ -213,20 +297,29 @@ impl Linear {
         Ok(Linear { phi, outputs, q })
     }
 
-    /// Gains of the stationary filter for these states at a speed [rad/s]; 0 for the others, and for sensors that
-    /// measure none of them alone.
-    fn gains(&self, model: &Model<f64>, speed: f64, states: &[usize]) -> Result<ObserverGains<f64>, Error> {
-        let sensors: Vec<usize> = if states.len() < STATES { vec![0, 1] } else { vec![0, 1, 2] };
+    /// The part with the states and outputs of these sensors.
+    fn part(&self, sensors: Sensors) -> Linear {
+        let states = sensors.states();
+        let among = |matrix: &DMatrix<f64>| matrix.select_rows(states).select_columns(states);
+        Linear {
+            phi: among(&self.phi),
+            outputs: self.outputs.rows(0, sensors.outputs()).select_columns(states),
+            q: among(&self.q),
+        }
+    }
+
+    /// Gains of the stationary filter for these sensors at a speed [rad/s]; 0 for the other sensors and states.
+    fn gains(&self, model: &Model<f64>, speed: f64, sensors: Sensors) -> Result<ObserverGains<f64>, Error> {
+        let states = sensors.states();
         let deviations = [
-            TAU / model.encoder.counts_per_revolution / 12f64.sqrt(),
+            count_noise(model),
             libm::hypot(slow_tacho(model), model.tacho_ripple * speed * FRAC_1_SQRT_2),
             CONVERTER_NOISE / model.scaling.accelerometer,
         ];
-        let variances = sensors.iter().map(|&sensor| deviations[sensor] * deviations[sensor]);
-        let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(sensors.len(), variances));
-        let among = |matrix: &DMatrix<f64>| matrix.select_rows(states).select_columns(states);
-        let outputs = self.outputs.select_rows(&sensors).select_columns(states);
-        let filter = kalman_filter(&among(&self.phi), &outputs, &among(&self.q), &r)?;
+        let variances = deviations[..sensors.outputs()].iter().map(|deviation| deviation * deviation);
+        let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(sensors.outputs(), variances));
+        let part = self.part(sensors);
+        let filter = kalman_filter(&part.phi, &part.outputs, &part.q, &r)?;
         let row = |state: usize| {
             let place = states.iter().position(|&other| other == state);
             std::array::from_fn(|sensor| place.and_then(|row| filter.gain.get((row, sensor))).copied().unwrap_or(0.0))
@@ -247,67 +340,4 @@ impl Linear {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use stickslip_base::Preset;
-    use stickslip_base::parameters::presets;
-    use stickslip_core::fields::Fields as _;
-
-    /// Largest magnitude of a pole of the observer's error with the gains of a speed over the ripple velocity.
-    fn slowest_pole(linear: &Linear, observer: &DriveObserver<f64>, ratio: f64) -> f64 {
-        let share = 1.0 / (1.0 + ratio * ratio);
-        let gains = observer.gains.merge(&observer.fast_gains, &mut |slow, fast| fast + share * (slow - fast));
-        let rows = [
-            gains.angle,
-            gains.twist,
-            gains.motor_velocity,
-            gains.velocity,
-            gains.torque,
-            gains.offset,
-            gains.tacho,
-            gains.acceleration,
-            gains.acceleration_rate,
-        ];
-        let gain = DMatrix::from_fn(STATES, 3, |row, column| rows[row][column]);
-        let error = &linear.phi * (DMatrix::identity(STATES, STATES) - gain * &linear.outputs);
-        error.complex_eigenvalues().iter().map(|pole| libm::hypot(pole.re, pole.im)).fold(0.0, f64::max)
-    }
-
-    #[test]
-    fn the_error_dies_out_at_every_speed() {
-        for name in ["clm-bench", "prototype", "clm-real"] {
-            let mut preset: Preset<f64> = presets::find(name).expect("a preset").read().expect("a sound one");
-            preset.model.tacho_ripple = 0.02;
-            for rate in [1000.0, 4000.0, 10_000.0] {
-                preset.bench.tick_rate = rate;
-                let (model, dt, trust) = (&preset.model, 1.0 / rate, Trust { missing_torque: 0.1, ..Trust::default() });
-                let linear = Linear::new(model, dt, &trust).expect("a linear drive");
-                let observer = drive_observer(model, &preset.bench, &trust).expect("an observer");
-                for ratio in [0.0, 0.3, 1.0, 3.0, 10.0, 1e6] {
-                    let pole = slowest_pole(&linear, &observer, ratio);
-                    assert!(pole < 1.0, "{name} at {rate} Hz, {ratio} of the ripple velocity: {pole}");
-                }
-                // The guard fires: an observer without encoder is not stable.
-                let deaf = ObserverGains::default();
-                let deaf = DriveObserver { gains: deaf, fast_gains: deaf, ..observer };
-                assert!(slowest_pole(&linear, &deaf, 0.0) > 0.999_999);
-            }
-        }
-    }
-
-    #[test]
-    fn the_tacho_has_less_weight_where_it_ripples() {
-        let mut preset: Preset<f64> = presets::find("prototype").expect("a preset").read().expect("a sound one");
-        let observer = |preset: &Preset<f64>| {
-            drive_observer(&preset.model, &preset.bench, &Trust::default()).expect("an observer")
-        };
-        preset.model.tacho_ripple = 0.0;
-        let smooth = observer(&preset);
-        assert_eq!(smooth.gains, smooth.fast_gains);
-        preset.model.tacho_ripple = 0.01;
-        let rippled = observer(&preset);
-        assert_eq!(rippled.gains, smooth.gains);
-        let [slow, fast] = [rippled.gains, rippled.fast_gains].map(|gains| gains.motor_velocity[1].abs());
-        assert!(fast < 0.05 * slow, "{fast} against {slow}");
-    }
-}
+mod tests;

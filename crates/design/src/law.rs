@@ -5,7 +5,7 @@ use stickslip_core::render::{Admittance, BristleDifference, Karnopp, Law, Smooth
 
 use crate::{Trust, difference_torque, drive_observer};
 use stickslip_base::Error;
-use stickslip_base::preset::{LawChoice, Model, Settings};
+use stickslip_base::preset::{LawChoice, Model, ObserverChoice, Settings};
 
 /// Prediction horizon of the drive from the next tick, when a voltage starts to act: to the middle of the sample in
 /// which the current reaches its reference [samples].
@@ -19,7 +19,15 @@ const AHEAD: f64 = 1.5;
 pub fn named_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<Law<f64>>, Error> {
     let paper = difference_torque(&settings.desired, model, settings);
     let (desired, own, torque_limit) = (paper.desired, paper.own, paper.torque_limit);
-    let observer = |missing_torque| drive_observer(model, settings, &Trust { missing_torque, ..Trust::default() });
+    // Without accelerometer and tacho the law's observer gives the bench its velocities too.
+    let least = match settings.observer {
+        ObserverChoice::Accelerometer => 0.0,
+        ObserverChoice::Model(trust) => trust.missing_torque,
+    };
+    let observer = |missing_torque: f64| {
+        let trust = Trust { missing_torque: missing_torque.max(least), ..Trust::default() };
+        drive_observer(model, settings, &trust)
+    };
     let rendered = settings.desired_bristles.under(desired);
     let bristle = |observer| {
         Law::Bristle(BristleDifference { ahead: ahead(&observer), observer, desired: rendered, torque_limit })
@@ -36,8 +44,10 @@ pub fn named_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<
         }
         LawChoice::Bristle => {
             let mut observer = observer(Trust::default().missing_torque)?;
-            observer.gains.torque = [0.0; 3];
-            observer.fast_gains.torque = [0.0; 3];
+            if settings.observer == ObserverChoice::Accelerometer {
+                observer.gains.torque = [0.0; 3];
+                observer.fast_gains.torque = [0.0; 3];
+            }
             bristle(observer)
         }
         LawChoice::Residual(residual) => bristle(observer(residual.missing_torque)?),

@@ -42,7 +42,7 @@ pub use controller_kind::{as_cascade, as_pid, as_predictive, as_state_feedback};
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;
 pub use drive_observer::modelled_drive;
-pub use drive_observer::{Trust, drive_observer};
+pub use drive_observer::{Trust, drive_observer, motion_observer};
 pub use error::DesignError;
 pub use hunting::{
     Described, Hunting, HuntingPlan, HuntingPrediction, ModelledAxis, Standstill, describe, equivalent_damping,

@@ -1,6 +1,7 @@
 //! The software of the bench for a model of the machine.
 
 use stickslip_core::control::{Cascade, CurrentControl};
+use stickslip_core::drive::Winding;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use stickslip_core::tick::Tick;
@@ -8,8 +9,8 @@ use stickslip_software::cycle::Parameters;
 use stickslip_software::supervise::Brake;
 
 use super::{
-    DesignError, arm_rendering, axis_control, current_control, predictive_current_control, speed_holder,
-    velocity_observer,
+    DesignError, arm_rendering, axis_control, current_control, motion_observer, predictive_current_control,
+    speed_holder,
 };
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
@@ -23,13 +24,12 @@ const DIRECT: f64 = 1e6;
 /// The software for the model of the machine and the settings of the bench; the rendering law is off.
 ///
 /// # Errors
-/// Errors of [`velocity_observer`], [`current_control`] and [`arm_rendering`].
+/// Errors of [`motion_observer`], [`current_control`] and [`arm_rendering`].
 pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
-    let dt = settings.tick_time();
     Ok(Tick {
         scaling: model.scaling,
         decoder: model.encoder,
-        observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
+        observer: motion_observer(model, settings)?,
         law: Law::Off,
         correction: Correction::Nothing,
         arm: arm_rendering(model, settings)?,
@@ -45,12 +45,23 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
 /// As [`software`] and [`brake`].
 pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parameters<f64>, Error> {
     let current = bench_current_control(&Law::Off, model, settings)?;
+    let observer = motion_observer(&observed(model, settings), settings)?;
     Ok(Parameters {
-        tick: Tick { current, ..software(model, settings)? },
+        tick: Tick { current, observer, ..software(model, settings)? },
         safety: settings.safety,
         brake: brake(model, settings)?,
         drive_torque_constant: model.motor.torque_constant,
     })
+}
+
+/// The model as the observer of the bench needs it: behind an amplifier that takes a torque the current follows its
+/// reference with the lag of the servo amplifier.
+fn observed(model: &Model<f64>, settings: &Settings<f64>) -> Model<f64> {
+    if settings.torque_amplifier < 0.5 {
+        return *model;
+    }
+    let load_motor = Winding { resistance: DIRECT, inductance: DIRECT * model.servo_lag.max(1e-5), ..model.load_motor };
+    Model { load_motor, ..*model }
 }
 
 /// The brake of supervision, as stiff as [`speed_holder`] at the tacho. The encoder is behind the coupling: there the

@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use stickslip_core::control::VelocityObserver;
 
+use super::drive_observer::{Trust, encoder_noise};
 use super::{discrete_lyapunov, sampling_time, within};
 use stickslip_base::Error;
-use stickslip_base::preset::{Model, Settings};
+use stickslip_base::preset::{DriveModelTrust, Model, ObserverChoice, Settings};
 
 /// The observer with the poles of its error at −p_i [1/s], that is e^(−p_i·T), for a screw of this lead [m/rev] and a
 /// sampling time `dt` [s].
@@ -66,12 +67,16 @@ pub fn velocity_noise(
     Ok(covariance[(1, 1)].sqrt())
 }
 
-/// Standard deviation of the estimated velocity [rad/s] by encoder and accelerometer, from the data sheet.
+/// Standard deviation of the estimated velocity [rad/s] by the bench's observer, from the data sheet. A model of the
+/// drive is taken as exact.
 ///
 /// # Errors
 /// As [`velocity_observer`] and [`velocity_noise`].
 pub fn predicted_velocity_noise(model: &Model<f64>, settings: &Settings<f64>) -> Result<f64, Error> {
     let dt = settings.tick_time();
+    if let ObserverChoice::Model(DriveModelTrust { missing_torque }) = settings.observer {
+        return encoder_noise(model, dt, &Trust { missing_torque, ..Trust::default() });
+    }
     let gains = velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?;
     // One-sided density over half the tick rate.
     let acceleration = model.accelerometer_noise * libm::sqrt(0.5 / dt);

@@ -65,6 +65,11 @@ impl Setup {
         FrictionElement { friction: if same_model { own } else { Friction { model, ..own } } }
     }
 
+    /// The observer with accelerometer, also if the preset uses the other one.
+    fn observer(&self) -> Result<VelocityObserver<f64>, Error> {
+        design::velocity_observer(self.preset.bench.observer_poles, self.preset.model.drive.screw_lead, self.time)
+    }
+
     fn pid(&self) -> Pid<f64> {
         if let PositionController::Pid(pid) = self.tick.control.controller { pid } else { Pid::default() }
     }
@@ -133,7 +138,7 @@ catalogue! {
     "compensation": Compensation, |s| s.tick.control.compensation, s.tick.control_period;
     "stiction_hold": StictionHold, |s| s.stiction_hold(), s.tick.control_period;
     "axis_control": AxisControl, |s| s.tick.control, s.tick.control_period;
-    "velocity_observer": VelocityObserver, |s| s.tick.observer, s.time;
+    "velocity_observer": VelocityObserver, |s| s.observer()?, s.time;
     "current_control": CurrentControl, |s| s.tick.current, s.time;
     "decoder": Decoder, |s| s.tick.decoder, s.time;
     "difference_torque": DifferenceTorque, |s| s.law, s.time;

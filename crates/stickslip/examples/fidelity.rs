@@ -33,7 +33,7 @@ fn main() -> Result<(), Error> {
 
 fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
-        "preset,wheel,rate_hz,mismatch,law,auto,scenario,difference,low95,high95,excess,floor,predicted,stable\n",
+        "preset,wheel,rate_hz,mismatch,law,auto,scenario,difference,low95,high95,excess,floor,predicted,stable,observer\n",
     );
     for row in rows {
         let score = &row.score;
@@ -41,7 +41,7 @@ fn csv(rows: &[Row]) -> String {
         let numbers = [score.difference, score.ci95[0], score.ci95[1], score.excess, score.floor, row.predicted];
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{}",
             row.preset,
             u8::from(row.wheel),
             row.rate,
@@ -50,7 +50,8 @@ fn csv(rows: &[Row]) -> String {
             u8::from(row.auto),
             score.measure,
             numbers.map(number).join(","),
-            u8::from(score.stable)
+            u8::from(score.stable),
+            row.observer
         );
     }
     text

@@ -63,8 +63,8 @@ pub use stickslip_design::linear;
 
 pub use stickslip_base::{
     AdaptiveChoice, ArmDamping, AssumedFriction, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
-    DampedArm, DisturbanceObserverChoice, Disturbances, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
-    FriedlandParkChoice, LawChoice, Model, ModelUncertainty, NetworkChoice, NotchChoice, Observation, Poles,
-    PredictiveFeedback, Preset, Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking,
-    Vibration,
+    DampedArm, DisturbanceObserverChoice, Disturbances, DriveModelTrust, FeedforwardChoice, FilterChoice,
+    FrictionObserverChoice, FriedlandParkChoice, LawChoice, Model, ModelUncertainty, NetworkChoice, NotchChoice,
+    Observation, ObserverChoice, Poles, PredictiveFeedback, Preset, Quadratic, Regulation, Residual, Settings,
+    ShaperChoice, StateFeedback, Tracking, Vibration,
 };

@@ -35,6 +35,9 @@ pub(crate) struct Fidelity {
     /// Difference between machine and model: perfect, real, own+10%, gaussian, kt-2%, …
     #[arg(long, value_name = "NAME")]
     mismatch: Vec<String>,
+    /// Observer of the bench: accelerometer (with tacho), or model (encoder and model of the drive).
+    #[arg(long, value_name = "NAME")]
+    observer: Vec<String>,
     /// Name of a scenario: sine_0.5hz, sine_2hz, point_to_point, hunting, stick_slip, breakaway, presliding, curve,
     /// curve_corrected.
     #[arg(long, value_name = "NAME")]
@@ -67,6 +70,7 @@ impl Fidelity {
             rates: self.rate,
             wheel: self.wheel.map(|wheel| wheel == Linings::Pressed),
             mismatches: self.mismatch,
+            observers: self.observer,
             scenarios: self.scenario,
             threads: self.threads,
         };

@@ -27,7 +27,7 @@ use stickslip_design::fastest;
 use stickslip_design::{self as design, Margin, Passage, Region};
 
 /// Parameters that cannot be changed on a running bench, with remedies.
-const FIXED: [(&str, &str); 5] = [
+const FIXED: [(&str, &str); 6] = [
     (
         "plant",
         "It is the machine itself; the controller's model is under `model`. Restart the bench with the new \
@@ -36,6 +36,7 @@ const FIXED: [(&str, &str); 5] = [
     ("model.encoder", "The angle has been counted with it since the start. Restart the bench with the new value."),
     ("bench.tick_rate", "Restart the bench with the new value."),
     ("bench.plant_step", "Restart the bench with the new value."),
+    ("bench.observer.kind", "The observer has been running since the start. Restart the bench with the new value."),
     ("bench.torque_amplifier", "It is a property of the machine. Restart the bench with the new value."),
 ];
 /// Remedy for a parameter that cannot be changed while the bench runs; `None` if it can.

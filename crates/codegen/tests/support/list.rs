@@ -8,7 +8,7 @@ use stickslip_core::control::{
     STATES, VelocityObserver,
 };
 use stickslip_core::drive::{ElasticArm, TwoMass, Winding};
-use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
+use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, MotionObserver, ObserverGains};
 use stickslip_core::friction::{
     Bristles, Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, MaxwellSlip, Model, Position, Rest, Ripple, Rising,
     Static, Stribeck, Temperature, Warming,
@@ -207,6 +207,12 @@ agree!(
     Tick { law: Law::Smooth(SmoothDifference::default()), ..Tick::default() },
     Tick { law: Law::Karnopp(Karnopp::default()), ..Tick::default() },
     Tick { arm: RenderedArm::Elastic(arm(0.0)), ..Tick::default() },
+    Tick { observer: MotionObserver::Model(observer()), ..Tick::default() },
+    Tick {
+        observer: MotionObserver::Model(observer()),
+        law: Law::Bristle(BristleDifference { observer: observer(), desired: rendered(), ahead: (0, 3), torque_limit: 1.0 }),
+        ..Tick::default()
+    },
 );
 agree!(arm_rendering, ArmRendering, arm(0.0), arm(1.0));
 agree!(smooth_difference, SmoothDifference, SmoothDifference::default());

@@ -113,6 +113,14 @@ impl<T: Scalar> DriveModel<T> {
         DriveModel { drive, winding, motor_friction, friction, half_flow }
     }
 
+    /// Acceleration of the screw [rad/s²].
+    #[inline(always)]
+    pub fn acceleration(&self, state: &DriveState<T>) -> T {
+        let TwoMass { coupling_stiffness, coupling_damping, load_inertia, .. } = self.drive;
+        let coupling = coupling_stiffness * state.twist + coupling_damping * (state.motor_velocity - state.velocity);
+        (coupling - state.load_resistance - self.winding.torque_constant * state.load_current) / load_inertia
+    }
+
     /// Half a step of the linear part.
     #[inline(always)]
     fn flow(&self, state: &mut DriveState<T>, motor_resistance: T, load_resistance: T, input: &DriveModelInput<T>) {

@@ -141,6 +141,9 @@ pub struct Estimate<T> {
     /// Screw velocity.
     #[field(symbol = "Ω_est", unit = "rad/s")]
     pub velocity: T,
+    /// Velocity of the motor.
+    #[field(symbol = "Ω_M,est", unit = "rad/s")]
+    pub motor_velocity: T,
 }
 
 impl<T: Scalar> DriveObserver<T> {
@@ -209,7 +212,8 @@ impl<T: Scalar> DriveObserver<T> {
         mut passenger: impl FnMut(&DriveModelOutput<T>, T),
     ) -> Estimate<T> {
         self.correct(state, input);
-        let estimate = Estimate { angle: state.drive.angle, velocity: state.drive.velocity };
+        let DriveState { angle, velocity, motor_velocity, .. } = state.drive;
+        let estimate = Estimate { angle, velocity, motor_velocity };
         let dt = dt / T::of(self.steps as f64);
         for _ in 0..self.steps {
             let held = DriveModelInput {

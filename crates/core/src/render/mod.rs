@@ -123,6 +123,13 @@ pub struct LawState<T> {
 /// Time in which the step between two laws fades [s].
 const TAKE_OVER: f64 = 20e-3;
 
+impl<T> Law<T> {
+    /// Whether the law follows the drive by an observer of its own.
+    pub fn follows(&self) -> bool {
+        matches!(self, Law::Bristle(_) | Law::Admittance(_))
+    }
+}
+
 impl<T: Scalar> Law<T> {
     /// Torque for the load motor in this tick. A law that has just become active starts with the torque of the previous
     /// one.

@@ -19,9 +19,10 @@ use crate::block::Block;
 use crate::control::reference::Setpoint;
 use crate::control::{
     AxisControl, AxisControlInput, AxisControlState, CurrentControl, CurrentControlInput, CurrentControlState,
-    VelocityObserver, VelocityObserverInput, VelocityObserverState,
+    VelocityObserverOutput, VelocityObserverState,
 };
 use crate::drive::nan_to_zero;
+use crate::estimate::{DriveObserverInput, MotionEstimate, MotionObserver};
 use crate::fields::Fields as _;
 use crate::render::{ArmState, Correction, Law, LawInput, LawState, RenderedArm};
 use crate::scalar::{Mask, Scalar};
@@ -76,8 +77,8 @@ pub struct Tick<T> {
     pub scaling: Scaling<T>,
     /// From counts to angles.
     pub decoder: Decoder<T>,
-    /// Velocity from encoder and accelerometer.
-    pub observer: VelocityObserver<T>,
+    /// Velocities by the encoder and a second source.
+    pub observer: MotionObserver<T>,
     /// The rendering law.
     pub law: Law<T>,
     /// Correction of the law.
@@ -183,7 +184,7 @@ pub struct TickOutput<T> {
     /// Estimated offset of the accelerometer.
     #[field(symbol = "a_0", unit = "m/s^2")]
     pub acceleration_offset: T,
-    /// Velocity of the motor by the tacho.
+    /// Velocity of the motor by the tacho, or estimated where there is none.
     #[field(symbol = "Ω_M", unit = "rad/s")]
     pub measured_motor_velocity: T,
     /// Torque reference of the drive motor.
@@ -206,14 +207,7 @@ impl<T: Scalar> Block<T> for Tick<T> {
     fn step(&self, state: &mut TickState<T>, input: TickInput<T>, dt: T) -> TickOutput<T> {
         let TickInput { measurement, order } = input;
         let (zero, half) = (T::of(0.0), T::of(0.5));
-        let reading = EncoderReading { count: measurement.count, index: measurement.index, latch: measurement.latch };
-        let decoded = self.decoder.run(&mut state.decoder, reading, dt);
-        let motor_velocity = measurement.tacho_voltage / self.scaling.tacho;
-        let current = measurement.current_voltage / self.scaling.current_sensor;
-        let acceleration = measurement.accelerometer_voltage / self.scaling.accelerometer;
-
-        let seen = VelocityObserverInput { angle: decoded.angle, acceleration };
-        let estimate = self.observer.run(&mut state.observer, seen, dt);
+        let Seen { decoded, estimate, motor_velocity, acceleration, current } = self.see(state, measurement, dt);
         // The position controller first, so that its torque acts in the same tick as the load torque.
         self.control_position(state, &order, decoded.angle, motor_velocity);
         let torque = nan_to_zero(state.commanded_torque + order.added_torque);
@@ -264,7 +258,47 @@ impl<T: Scalar> Block<T> for Tick<T> {
     }
 }
 
+/// Measured and estimated motion at a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<T> {
+    /// Angles by the encoder.
+    pub decoded: DecoderOutput<T>,
+    /// Estimated motion of the screw.
+    pub estimate: VelocityObserverOutput<T>,
+    /// Velocity of the motor by the tacho, or estimated where there is none [rad/s].
+    pub motor_velocity: T,
+    /// Measured acceleration of the carriage, with its offset [m/s²].
+    pub acceleration: T,
+    /// Measured current of the load motor [A].
+    pub current: T,
+}
+
 impl<T: Scalar> Tick<T> {
+    /// Decodes the readings and runs the observer.
+    #[inline(always)]
+    pub fn see(&self, state: &mut TickState<T>, measurement: Measurement<T>, dt: T) -> Seen<T> {
+        let Measurement { count, index, latch, .. } = measurement;
+        let decoded = self.decoder.run(&mut state.decoder, EncoderReading { count, index, latch }, dt);
+        let motor_velocity = measurement.tacho_voltage / self.scaling.tacho;
+        let current = measurement.current_voltage / self.scaling.current_sensor;
+        let acceleration = measurement.accelerometer_voltage / self.scaling.accelerometer;
+        let LawState { motor_torque, voltage, .. } = state.law;
+        let angle = decoded.angle;
+        let estimated_velocity = T::of(0.0);
+        let input = DriveObserverInput {
+            angle,
+            motor_velocity,
+            acceleration,
+            current,
+            motor_torque,
+            voltage,
+            estimated_velocity,
+        };
+        let states = (&mut state.observer, &mut state.law.observer);
+        let MotionEstimate { screw, motor_velocity } = self.observer.see(states, self.law.follows(), input, dt);
+        Seen { decoded, estimate: screw, motor_velocity, acceleration, current }
+    }
+
     /// Position control at its own, slower rate: computed where a lane may be due, used where it is.
     #[inline(always)]
     fn control_position(&self, state: &mut TickState<T>, order: &Order<T>, angle: T, motor_velocity: T) {

@@ -2,12 +2,11 @@
 //! `crates/stickslip/tests/laboratory/linear` compares it with the virtual bench.
 
 use stickslip_core::block::Block as _;
-use stickslip_core::control::{
-    CurrentControl, CurrentControlInput, CurrentControlState, VelocityObserver, VelocityObserverInput,
-    VelocityObserverState,
-};
+use stickslip_core::control::{CurrentControl, CurrentControlInput, CurrentControlState, VelocityObserverState};
 use stickslip_core::drive::Arm;
-use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState, DriveState};
+use stickslip_core::estimate::{
+    DriveObserver, DriveObserverInput, DriveObserverState, DriveState, MotionEstimate, MotionObserver,
+};
 use stickslip_core::fields::Fields as _;
 use stickslip_core::friction::Model as FrictionModel;
 use stickslip_core::render::Law;
@@ -15,7 +14,7 @@ use stickslip_core::scalar::{Dual, Scalar};
 
 use super::linearise::{count, keep, slopes};
 use super::{Port, StateSpace};
-use crate::{load_current_control, modelled_drive, velocity_observer};
+use crate::{load_current_control, modelled_drive, motion_observer};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
@@ -84,22 +83,29 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
         arm: axis.arm.map(&mut Dual::of),
         dt: Dual::of(axis.dt),
     };
-    let states = count(&state.machine) + count(&state.observer) + count(&state.current) + 1 + state.arm.len();
+    let has_model = !axis.observer.has_accelerometer();
+    let followed = if has_model { count(&state.followed) } else { 0 };
+    let states =
+        count(&state.machine) + count(&state.observer) + followed + count(&state.current) + 1 + state.arm.len();
     let torque = state.machine.drive.motor_torque;
     let system = slopes(states, 2, axis.dt, |mut seed| {
         let mut state = State {
             machine: state.machine.map(&mut seed),
             observer: state.observer.map(&mut seed),
+            followed: state.followed.map(&mut |value| if has_model { seed(value) } else { Dual::of(value) }),
             current: state.current.map(&mut seed),
             voltage: seed(state.voltage),
             arm: state.arm.map(&mut seed),
         };
         let (torque, load) = (seed(torque), seed(0.0));
-        let outputs = [state.machine.drive.angle, state.machine.tacho, state.machine.drive.velocity];
-        wide.tick(&mut state, torque, load);
+        let (angle, velocity) = (state.machine.drive.angle, state.machine.drive.velocity);
+        let outputs = [angle, wide.tick(&mut state, torque, load), velocity];
         let mut numbers = Vec::new();
         keep(&state.machine, &mut numbers);
         keep(&state.observer, &mut numbers);
+        if has_model {
+            keep(&state.followed, &mut numbers);
+        }
         keep(&state.current, &mut numbers);
         numbers.push(state.voltage);
         numbers.extend(state.arm);
@@ -153,7 +159,7 @@ struct Axis<T> {
     machine: DriveObserver<T>,
     /// Steps of the machine in a tick.
     steps: usize,
-    observer: VelocityObserver<T>,
+    observer: MotionObserver<T>,
     current: CurrentControl<T>,
     arm: Arm<T>,
     dt: T,
@@ -164,6 +170,8 @@ struct Axis<T> {
 struct State<T: Scalar> {
     machine: DriveObserverState<T>,
     observer: VelocityObserverState<T>,
+    /// Of the observer with a model.
+    followed: DriveObserverState<T>,
     current: CurrentControlState<T>,
     /// Voltage of the load motor, computed in the tick before.
     voltage: T,
@@ -184,7 +192,7 @@ impl Axis<f64> {
         Ok(Axis {
             machine: modelled_drive(&model, dt / steps as f64)?,
             steps,
-            observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
+            observer: motion_observer(&model, settings)?,
             current: load_current_control(&Law::Off, &model, settings)?,
             arm,
             dt,
@@ -206,7 +214,14 @@ impl Axis<f64> {
         }
         machine.tacho = velocity;
         let observer = VelocityObserverState { velocity, ..VelocityObserverState::at(0.0) };
-        Ok(State { machine, observer, current: CurrentControlState::default(), voltage, arm: [0.0; 2] })
+        Ok(State {
+            machine,
+            observer,
+            followed: machine,
+            current: CurrentControlState::default(),
+            voltage,
+            arm: [0.0; 2],
+        })
     }
 
     /// The bristles after long sliding, with their torques.
@@ -250,11 +265,21 @@ impl Axis<f64> {
 }
 
 impl<T: Scalar> Axis<T> {
-    /// One tick with the torque command of the servo amplifier [N m] and the torque against the load [N m].
-    fn tick(&self, state: &mut State<T>, motor_torque: T, load_torque: T) {
+    /// One tick with the torque command of the servo amplifier [N m] and the torque against the load [N m]. Returns the
+    /// velocity of the motor as the position controller reads it [rad/s].
+    fn tick(&self, state: &mut State<T>, motor_torque: T, load_torque: T) -> T {
         let machine = &mut state.machine;
-        let readings = VelocityObserverInput { angle: machine.drive.angle, acceleration: machine.acceleration };
-        let estimate = self.observer.run(&mut state.observer, readings, self.dt);
+        let readings = DriveObserverInput {
+            angle: machine.drive.angle,
+            motor_velocity: machine.tacho,
+            acceleration: machine.acceleration,
+            current: machine.drive.load_current,
+            motor_torque,
+            voltage: state.voltage,
+            estimated_velocity: T::of(0.0),
+        };
+        let states = (&mut state.observer, &mut state.followed);
+        let MotionEstimate { screw: estimate, motor_velocity } = self.observer.see(states, false, readings, self.dt);
         let demand = CurrentControlInput {
             reference_current: T::of(0.0),
             measured_current: machine.drive.load_current,
@@ -280,5 +305,6 @@ impl<T: Scalar> Axis<T> {
             *twist += half * *rate;
         }
         state.voltage = voltage;
+        motor_velocity
     }
 }

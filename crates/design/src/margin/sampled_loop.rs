@@ -4,17 +4,14 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, RowDVector};
 use stickslip_core::block::Block as _;
-use stickslip_core::control::{
-    CurrentControl, CurrentControlInput, CurrentControlState, VelocityObserver, VelocityObserverInput,
-    VelocityObserverState,
-};
-use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState};
+use stickslip_core::control::{CurrentControl, CurrentControlInput, CurrentControlState, VelocityObserverState};
+use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState, MotionEstimate, MotionObserver};
 use stickslip_core::fields::Fields as _;
 use stickslip_core::render::{ArmState, Law, LawInput, LawState, RenderedArm};
 use stickslip_core::scalar::{Dual, Scalar};
 
 use super::super::drive_observer::{CONVERTER_NOISE, modelled_drive};
-use super::super::{load_current_control, velocity_observer};
+use super::super::{load_current_control, motion_observer};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
@@ -42,7 +39,7 @@ pub(super) struct SampledLoop<T> {
     machine: DriveObserver<T>,
     /// Steps of the machine in a tick.
     pub(super) steps: usize,
-    observer: VelocityObserver<T>,
+    observer: MotionObserver<T>,
     pub(super) law: Law<T>,
     pub(super) arm: RenderedArm<T>,
     current: CurrentControl<T>,
@@ -85,7 +82,7 @@ impl SampledLoop<f64> {
         Ok(SampledLoop {
             machine: modelled_drive(model, dt / steps as f64)?,
             steps,
-            observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
+            observer: motion_observer(model, settings)?,
             law,
             arm: RenderedArm::Nothing,
             current: load_current_control(&law, model, settings)?,
@@ -192,13 +189,25 @@ impl<T: Scalar> SampledLoop<T> {
         let (dt, machine) = (self.dt, &state.machine);
         let acceleration = machine.acceleration + acceleration;
         let angle = machine.drive.angle + angle;
-        let observed = self.observer.run(&mut state.observer, VelocityObserverInput { angle, acceleration }, dt);
-        let felt_by_law = LawInput {
-            estimated_velocity: observed.velocity,
+        let current = machine.drive.load_current + current;
+        let seen = DriveObserverInput {
             angle,
             motor_velocity: machine.tacho + tacho,
             acceleration,
-            current: machine.drive.load_current + current,
+            current,
+            motor_torque: zero,
+            voltage: state.law.voltage,
+            estimated_velocity: zero,
+        };
+        let states = (&mut state.observer, &mut state.law.observer);
+        let MotionEstimate { screw: observed, motor_velocity } =
+            self.observer.see(states, self.law.follows(), seen, dt);
+        let felt_by_law = LawInput {
+            estimated_velocity: observed.velocity,
+            angle,
+            motor_velocity,
+            acceleration,
+            current,
             motor_torque: zero,
         };
         let demand_of_law = self.law.render(&mut state.law, felt_by_law, dt);

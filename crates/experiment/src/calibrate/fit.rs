@@ -61,7 +61,9 @@ pub(super) fn fit(
         move |step: usize| watch.stage("fit of the drive", (descent as f64 + step as f64 / STEPS as f64) / 5.0)
     };
     descend(&mut coordinates, &mut first, &setting, &noises, STEPS, &stage(0))?;
-    setting.ripple_order = ripple_order(&coordinates, &first, &setting);
+    if setting.has_instruments {
+        setting.ripple_order = ripple_order(&coordinates, &first, &setting);
+    }
     learn_noise(&mut noises, &coordinates, &first, &setting, 0);
     descend(&mut coordinates, &mut first, &setting, &noises, STEPS, &stage(1))?;
     // Then all data, twice, under the noise of the residuals.

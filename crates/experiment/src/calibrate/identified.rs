@@ -82,11 +82,17 @@ pub(super) fn drive(model: &Model<f64>, solution: &Solution) -> Vec<Identified> 
     };
     use Index::{BrushDamping, BrushStiffness, RippleCosine, RippleSine, TachoCosine, TachoSine};
     let hidden = [RippleCosine, RippleSine, BrushStiffness, BrushDamping, TachoSine, TachoCosine];
+    let absent = |key: &str| !solution.setting.has_instruments && of_instruments(key);
     let visible = (0..PARAMETERS).filter(|i| hidden.iter().all(|index| *index as usize != *i));
     let lag = now[Index::ServoLag as usize] + now[Index::TachoLag as usize];
     let words = "lag of servo and tacho together";
     let both = Identified::new("drive_lag", words, "s", model.drive_lag, lag.value, solution.known(&lag));
-    visible.map(number).chain([both]).collect()
+    visible.map(number).chain([both]).filter(|number| !absent(number.key)).collect()
+}
+
+/// Whether a number is one of accelerometer or tacho.
+fn of_instruments(key: &str) -> bool {
+    key.starts_with("tacho") || key.starts_with("accelerometer") || key == "drive_lag"
 }
 
 /// Share of the bristles' damping at rest that acted while the load was shaken: σ₁ fades with speed, and a linear drive

@@ -203,7 +203,13 @@ mod tests {
         let mut values = parameters::start(&preset.model);
         (values[Index::TachoSine as usize], values[Index::TachoCosine as usize]) = (0.01, 0.02);
         let at = parameters::coordinates(&values);
-        let setting = Setting { dt: 250e-6, carriage_ratio: 8e-4, ripple_order: 13, rubbed: preset.model.own };
+        let setting = Setting {
+            dt: 250e-6,
+            carriage_ratio: 8e-4,
+            ripple_order: 13,
+            has_instruments: true,
+            rubbed: preset.model.own,
+        };
         for regime in [Regime::Sliding { level: 0.01, slope: 2e-5 }, Regime::Stuck] {
             let samples: Vec<Sample> = (0..200)
                 .map(|k| {

@@ -18,7 +18,8 @@
 //! millisecond's lags by 1 µs and inertias by a thousandth, more than the intervals of a quiet bench; with steps of 5
 //! µs the effect vanishes. The friction of the drive motor itself is entered, not measured. An offset of the load
 //! amplifier cannot be distinguished from one of the current sensor. The computing delay is known, one tick; the lags
-//! of servo amplifier and tacho behind it are estimated.
+//! of servo amplifier and tacho behind it are estimated. A bench without accelerometer and tacho is identified by
+//! encoder and current alone.
 
 mod fit;
 mod identified;
@@ -40,7 +41,7 @@ use parameters::Index;
 use response::CHANNELS;
 
 use crate::{FrictionCurve, FrictionPlan, give_back, hold_speed, measure_friction};
-use stickslip_base::preset::{Model, Settings};
+use stickslip_base::preset::{Model, ObserverChoice, Settings};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::{Bench, Command};
 use stickslip_fit::{CurvePoint, StribeckFit, fit_stribeck};
@@ -97,18 +98,22 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     segments.extend(record::resting(plan, rubbed.breakaway_torque, bench, watch)?);
     let last = bench.step(Command::default())?.cycle;
 
-    let setting = segment::Setting { dt, carriage_ratio: model.drive.carriage_ratio(), ripple_order: 0, rubbed };
+    let has_instruments = settings.observer == ObserverChoice::Accelerometer;
+    let carriage_ratio = model.drive.carriage_ratio();
+    let setting = segment::Setting { dt, carriage_ratio, ripple_order: 0, has_instruments, rubbed };
     let start = parameters::coordinates(&parameters::start(&model));
-    let solution = fit::fit(start, segments, setting, rough(&model), watch)?;
+    let solution = fit::fit(start, segments, setting, rough(&model, has_instruments), watch)?;
     let at = parameters::values(&solution.coordinates);
     let own = own_friction(&curve, &model, &at)?;
     Ok(Calibration::new(&model, &solution, curve, own, (last - first) as f64 * dt))
 }
 
-/// Residuals of the channels assumed before the model is near: ten counts, 1 rad/s, a twentieth of g, 50 mA.
-fn rough(model: &Model<f64>) -> [f64; CHANNELS] {
+/// Residuals of the channels assumed before the model is near: ten counts, 1 rad/s, a twentieth of g, 50 mA; infinite
+/// for a channel that the bench does not have.
+fn rough(model: &Model<f64>, has_instruments: bool) -> [f64; CHANNELS] {
     let scaling = &model.scaling;
-    [10.0 * model.encoder.resolution(), scaling.tacho, 0.5 * scaling.accelerometer, 0.05]
+    let of = |deviation| if has_instruments { deviation } else { f64::INFINITY };
+    [10.0 * model.encoder.resolution(), of(scaling.tacho), of(0.5 * scaling.accelerometer), 0.05]
 }
 
 /// The Stribeck curve of a measurement by the torque scale of the data sheet, mean of both directions.

@@ -175,6 +175,7 @@ fn traces(solution: &Solution) -> Vec<Trace> {
     NAMES
         .iter()
         .enumerate()
+        .filter(|(c, _)| solution.setting.has_instruments || ![1, 2].contains(c))
         .map(|(c, (channel, unit))| {
             let counted = || pieces.iter().flat_map(|(_, residual)| residual[LEAD_IN..].iter().map(|it| it[c]));
             let rms = (counted().map(|it| it * it).sum::<f64>() / counted().count().max(1) as f64).sqrt();

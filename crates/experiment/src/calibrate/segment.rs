@@ -67,6 +67,8 @@ pub(super) struct Setting {
     pub(super) carriage_ratio: f64,
     /// Periods of the tacho's ripple in a revolution; 0 for none.
     pub(super) ripple_order: usize,
+    /// Whether the bench has accelerometer and tacho.
+    pub(super) has_instruments: bool,
     /// Friction at constant speed; only the rest of its Stribeck drop has an effect.
     pub(super) rubbed: Stribeck<f64>,
 }

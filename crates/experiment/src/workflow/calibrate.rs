@@ -128,8 +128,13 @@ impl CalibrationRun {
 
     /// Measured and predicted motion, and the friction.
     fn figures(&self) -> Vec<Captioned> {
-        let files = ["angle.svg", "tacho.svg", "accelerometer.svg", "current.svg"];
-        let traces = files.into_iter().zip(&self.calibration.traces).skip(1);
+        let files = [
+            ("tacho", "tacho.svg"),
+            ("accelerometer", "accelerometer.svg"),
+            ("current of the load motor", "current.svg"),
+        ];
+        let trace = |channel| self.calibration.traces.iter().find(|trace| trace.channel == channel);
+        let traces = files.into_iter().filter_map(|(channel, name)| Some((name, trace(channel)?)));
         let figure = |(name, trace): (&'static str, &Trace)| {
             let points = |column: usize| trace.points.iter().map(move |point| (point[0], point[column]));
             let figure = Figure::new(format!("Measured and predicted: {}", trace.channel))

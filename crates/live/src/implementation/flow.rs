@@ -148,9 +148,9 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "observer",
         name: "Velocity observer",
-        about: "Estimates velocity and accelerometer offset from angle and acceleration.",
+        about: "Estimates the velocity from the angle and the acceleration, or from the angle and a model of the drive.",
         at: at(1, 2),
-        groups: &["bench.observer_poles"],
+        groups: &["bench.observer", "bench.observer_poles"],
         inside: Some("observer"),
         guide: "theory-drive",
     },

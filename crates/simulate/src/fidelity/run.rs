@@ -10,7 +10,7 @@ use super::machine::machine;
 use super::scenario::{Course, Drive};
 use super::{Cell, Role, Scenario};
 use crate::fast_bench::{FastBench, LaneNumber};
-use stickslip_base::preset::Settings;
+use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Preset};
 use stickslip_design as design;
 
@@ -199,7 +199,20 @@ fn software(cell: &Cell, role: Role, course: &Course, control_divider: u64) -> R
         tick.arm = RenderedArm::Nothing;
     }
     tick.current = design::load_current_control(&tick.law, model, settings)?;
+    if role != Role::Rendered {
+        tick.observer = design::motion_observer(&unrendered(cell, role), settings)?;
+    }
     Ok(tick)
+}
+
+/// The model of A or A0 for the observer: A has the desired friction, and the load motor of neither has a torque.
+fn unrendered(cell: &Cell, role: Role) -> Model<f64> {
+    let Preset { mut model, bench: settings, .. } = cell.preset;
+    if role == Role::Desired {
+        (model.own, model.own_bristles) = (settings.desired, settings.desired_bristles);
+    }
+    model.load_motor.torque_constant = 0.0;
+    model
 }
 
 /// Order of a tick; no time [s] while the machine rests before the scenario.

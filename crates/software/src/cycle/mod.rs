@@ -18,9 +18,10 @@ use crate::supervise::{
 };
 use stickslip_core::Fields;
 use stickslip_core::block::Block as _;
+use stickslip_core::control::AxisControlInput;
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::control::{AxisControlInput, VelocityObserverInput};
-use stickslip_core::tick::{EncoderReading, Measurement, Order, Tick, TickInput, TickOutput, TickState};
+use stickslip_core::estimate::MotionObserver;
+use stickslip_core::tick::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
 /// Outputs of the software in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -202,23 +203,22 @@ impl Software {
     /// Inputs of an external file in the next tick, with these readings and this command.
     pub fn sample(&self, readings: &Measurement<f64>, command: Option<&Command>) -> Sample {
         let order = command.map_or_else(|| self.order(&self.resting()), |command| self.order(command));
-        let Measurement { count, index, latch, tacho_voltage, .. } = *readings;
-        let Tick { scaling, decoder, observer, current, .. } = &self.parameters.tick;
-        // The tick will decode and observe the same readings from the same state.
+        let tick = &self.parameters.tick;
+        // The tick will see the same readings from the same state.
         let mut state = self.state;
-        let reading = EncoderReading { count, index, latch };
-        let measured_angle = decoder.step(&mut state.decoder, reading, self.tick_time).angle;
-        let acceleration = readings.accelerometer_voltage / scaling.accelerometer;
-        let seen = VelocityObserverInput { angle: measured_angle, acceleration };
-        let measured_velocity = tacho_voltage / scaling.tacho;
+        let seen = tick.see(&mut state, *readings, self.tick_time);
         Sample {
             controls: order.control > 0.5,
             renders: order.render > 0.5,
             begins: order.control_due > 0.5,
             ends: order.control_release > 0.5,
-            input: AxisControlInput { reference: order.reference, measured_angle, measured_velocity },
-            estimated_velocity: observer.step(&mut state.observer, seen, self.tick_time).velocity,
-            measured_load_torque: readings.current_voltage / scaling.current_sensor * current.torque_constant,
+            input: AxisControlInput {
+                reference: order.reference,
+                measured_angle: seen.decoded.angle,
+                measured_velocity: seen.motor_velocity,
+            },
+            estimated_velocity: seen.estimate.velocity,
+            measured_load_torque: seen.current * tick.current.torque_constant,
             commanded_torque: state.law.motor_torque,
         }
     }
@@ -395,12 +395,17 @@ impl Software {
         let (drive, load) = (self.parameters.drive_torque_constant, tick.current.torque_constant);
         let most = tick.current.current_limit;
         let missed = core::mem::take(&mut self.missed);
-        let acceleration = readings.accelerometer_voltage / tick.scaling.accelerometer;
+        let acceleration = match &tick.observer {
+            MotionObserver::Accelerometer(observer) => {
+                Some(readings.accelerometer_voltage / tick.scaling.accelerometer * observer.screw_ratio)
+            }
+            MotionObserver::Model(_) => None,
+        };
         let input = SafetyInput {
             measured_angle: signals.measured_angle,
             index: (signals.index > 0.5).then_some(signals.index_angle),
             measured_velocity: signals.measured_motor_velocity,
-            acceleration: acceleration * tick.observer.screw_ratio,
+            acceleration,
             drive_current: current(signals.commanded_torque, drive),
             load_current: current(signals.measured_load_torque, load),
             asked_load_current: current(signals.difference_torque, load).clamp(-most, most),

@@ -98,15 +98,17 @@ impl Monitor {
             }
             self.previous = Some(angle);
         }
-        let apart = (self.tacho - self.encoder).abs() > self.velocity_tolerance(limits);
+        // An estimated velocity has the encoder as its source.
+        let has_tacho = input.acceleration.is_some();
+        let apart = has_tacho && (self.tacho - self.encoder).abs() > self.velocity_tolerance(limits);
         self.sensors_apart = if apart { self.sensors_apart + dt } else { 0.0 };
         // A pulse may have come in a tick that was missed.
         let last = self.index.filter(|_| input.missed == 0);
         let between = input.index.zip(last).map_or(0.0, |(now, last)| now - last);
         self.index_deviation = (between - TAU * libm::round(between / TAU)).abs();
         self.index = input.index.or(last);
-        if input.acceleration.is_finite() && tacho.is_finite() {
-            self.acceleration.see(tacho, input.acceleration, limits, dt);
+        if let Some(acceleration) = input.acceleration.filter(|it| it.is_finite() && tacho.is_finite()) {
+            self.acceleration.see(tacho, acceleration, limits, dt);
         }
         let difference = input.asked_load_current - input.load_current;
         if difference.is_finite() {
@@ -164,7 +166,7 @@ impl Monitor {
         for (value, measurement) in [
             (input.measured_angle, "screw angle"),
             (input.measured_velocity, "tacho velocity"),
-            (input.acceleration, "acceleration"),
+            (input.acceleration.unwrap_or(0.0), "acceleration"),
             (input.load_current, "load current"),
         ] {
             if !value.is_finite() {

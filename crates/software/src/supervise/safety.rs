@@ -27,10 +27,10 @@ pub struct SafetyInput {
     pub measured_angle: f64,
     /// This angle as latched at an index pulse since the last cycle [rad].
     pub index: Option<f64>,
-    /// Velocity of the tacho [rad/s].
+    /// Velocity of the tacho [rad/s], or estimated where there is none.
     pub measured_velocity: f64,
-    /// Acceleration of the screw by the accelerometer [rad/s²].
-    pub acceleration: f64,
+    /// Acceleration of the screw by the accelerometer [rad/s²]; `None` on a bench without accelerometer and tacho.
+    pub acceleration: Option<f64>,
     /// Current of the drive motor [A].
     pub drive_current: f64,
     /// Current of the load motor [A].

@@ -70,6 +70,7 @@ fn the_program_still_gives_the_committed_study() {
         rates: vec![4000.0],
         wheel: Some(true),
         mismatches: list("perfect"),
+        observers: list("accelerometer"),
         scenarios: list("sine_2hz"),
         ..Selection::default()
     };

@@ -18,4 +18,5 @@ mod mdf;
 mod measurement;
 mod prediction;
 mod running;
+mod without_accelerometer;
 mod xcp;

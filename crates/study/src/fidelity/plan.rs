@@ -2,6 +2,7 @@
 
 use super::{MISMATCHES, Mismatch, SCENARIOS, Scenario, TestBed};
 use stickslip_base::Error;
+use stickslip_base::preset::{DriveModelTrust, ObserverChoice};
 use stickslip_simulate::fidelity::law::{AUTO, LAWS, PAPER};
 
 /// The cells of one machine and rate: the same A and A0.
@@ -15,6 +16,8 @@ pub struct Group {
     pub rate: f64,
     /// Difference between machine and model.
     pub mismatch: Mismatch,
+    /// The observer of the bench.
+    pub observer: ObserverChoice<f64>,
     /// Names of the laws.
     pub laws: Vec<String>,
     /// Names of the laws whose curve is corrected too: it takes as long as all other scenarios together.
@@ -52,6 +55,8 @@ pub struct Selection {
     pub wheel: Option<bool>,
     /// Names of mismatches.
     pub mismatches: Vec<String>,
+    /// Names of observers; by default those of the benchmark, or that of the preset.
+    pub observers: Vec<String>,
     /// Names of scenarios.
     pub scenarios: Vec<String>,
     /// Threads; 0 uses all processors.
@@ -63,7 +68,23 @@ struct Block {
     presets: Vec<String>,
     rates: Vec<f64>,
     mismatches: Vec<Mismatch>,
+    /// None: that of the preset.
+    observer: Option<ObserverChoice<f64>>,
     laws: Vec<String>,
+}
+
+/// The observers by name.
+const OBSERVERS: &[(&str, ObserverChoice<f64>)] = &[
+    ("accelerometer", ObserverChoice::Accelerometer),
+    ("model", ObserverChoice::Model(DriveModelTrust { missing_torque: 0.1 })),
+];
+
+/// Name of an observer.
+pub(super) fn observer_name(observer: &ObserverChoice<f64>) -> &'static str {
+    match observer {
+        ObserverChoice::Accelerometer => OBSERVERS[0].0,
+        ObserverChoice::Model(_) => OBSERVERS[1].0,
+    }
 }
 
 fn names(list: &[&str]) -> Vec<String> {
@@ -71,22 +92,30 @@ fn names(list: &[&str]) -> Vec<String> {
 }
 
 /// The full benchmark: all laws over rates, with an exact model and with the errors that identification leaves; the
-/// paper's law and the selected one over all mismatches and on the other beds, one of which has a mismatch of its own.
+/// paper's law and the selected one over all mismatches and on the other beds, one of which has a mismatch of its own;
+/// without accelerometer and tacho, all laws over rates and these two over the mismatches.
 fn full() -> Vec<Block> {
-    let all = LAWS.iter().map(|(name, _)| (*name).into()).chain([AUTO.into()]).collect();
+    let all: Vec<String> = LAWS.iter().map(|(name, _)| (*name).into()).chain([AUTO.into()]).collect();
     let (perfect, real) = (Mismatch::PERFECT, Mismatch::REAL);
-    let others = MISMATCHES.iter().copied().filter(|other| ![perfect.name, real.name].contains(&other.name)).collect();
-    let block = |presets: &[&str], rates: &[f64], mismatches, laws| Block {
+    let others: Vec<Mismatch> =
+        MISMATCHES.iter().copied().filter(|other| ![perfect.name, real.name].contains(&other.name)).collect();
+    let block = |presets: &[&str], rates: &[f64], mismatches: &[Mismatch], laws: &[String]| Block {
         presets: names(presets),
         rates: rates.into(),
-        mismatches,
-        laws,
+        mismatches: mismatches.into(),
+        observer: None,
+        laws: laws.into(),
     };
+    let without = |block: Block| Block { observer: Some(OBSERVERS[1].1), ..block };
+    let (rates, two) = ([1000.0, 4000.0, 10_000.0], names(&[PAPER, AUTO]));
     vec![
-        block(&["prototype"], &[1000.0, 4000.0, 10_000.0], vec![perfect, real], all),
-        block(&["prototype"], &[4000.0], others, names(&[PAPER, AUTO])),
-        block(&["clm-bench"], &[4000.0], vec![perfect, real], names(&[PAPER, AUTO])),
-        block(&["clm-real"], &[4000.0], vec![perfect], names(&[PAPER, AUTO])),
+        block(&["prototype"], &rates, &[perfect, real], &all),
+        block(&["prototype"], &[4000.0], &others, &two),
+        block(&["clm-bench"], &[4000.0], &[perfect, real], &two),
+        block(&["clm-real"], &[4000.0], &[perfect], &two),
+        without(block(&["prototype"], &rates, &[real], &all)),
+        without(block(&["prototype"], &[4000.0], &others, &two)),
+        without(block(&["clm-bench"], &[4000.0], &[real], &two)),
     ]
 }
 
@@ -95,6 +124,7 @@ fn quick() -> Vec<Block> {
         presets: names(&["prototype"]),
         rates: vec![4000.0, 10_000.0],
         mismatches: vec![Mismatch::REAL],
+        observer: None,
         laws: names(&[PAPER, AUTO]),
     }]
 }
@@ -110,25 +140,36 @@ impl Selection {
         let scenarios: Vec<Scenario> = by_name("scenario", &self.scenarios, SCENARIOS, |scenario| scenario.name)?;
         let laws: Vec<(&str, ())> = LAWS.iter().map(|(name, _)| (*name, ())).chain([(AUTO, ())]).collect();
         by_name("law", &self.laws, &laws, |law| law.0)?;
+        let observers = by_name("observer", &self.observers, OBSERVERS, |observer| observer.0)?;
+        // The presets of the benchmark have an accelerometer.
+        let shown = |block: &Block| {
+            let name = observer_name(&block.observer.unwrap_or(ObserverChoice::Accelerometer));
+            observers.is_empty() || observers.iter().any(|observer| observer.0 == name)
+        };
         let mut groups: Vec<Group> = Vec::new();
-        for block in if self.quick { quick() } else { full() } {
+        for block in if self.quick { quick() } else { full() }.into_iter().filter(shown) {
             groups.extend(self.groups(&Block {
                 presets: chosen(block.presets, &self.presets, |a, b| a == b),
                 rates: chosen(block.rates, &self.rates, |a, b| a == b),
                 mismatches: chosen(block.mismatches, &mismatches, |a, b| a.name == b.name),
-                laws: block.laws,
+                ..block
             })?);
         }
         if groups.is_empty() {
             let or = |selected: &[String], otherwise: &[&str]| {
                 if selected.is_empty() { names(otherwise) } else { selected.to_vec() }
             };
-            groups = self.groups(&Block {
-                presets: or(&self.presets, &["prototype"]),
-                rates: if self.rates.is_empty() { vec![4000.0] } else { self.rates.clone() },
-                mismatches: if mismatches.is_empty() { vec![Mismatch::REAL] } else { mismatches },
-                laws: names(&[PAPER, AUTO]),
-            })?;
+            let observers = observers.iter().map(|observer| Some(observer.1));
+            let observers: Vec<_> = if observers.len() > 0 { observers.collect() } else { vec![None] };
+            for observer in observers {
+                groups.extend(self.groups(&Block {
+                    presets: or(&self.presets, &["prototype"]),
+                    rates: if self.rates.is_empty() { vec![4000.0] } else { self.rates.clone() },
+                    mismatches: if mismatches.is_empty() { vec![Mismatch::REAL] } else { mismatches.clone() },
+                    observer,
+                    laws: names(&[PAPER, AUTO]),
+                })?);
+            }
         }
         let all = if self.quick { super::CLOSED_LOOP } else { SCENARIOS };
         let count = self.seeds.unwrap_or(if self.quick { 3 } else { 10 });
@@ -144,14 +185,16 @@ impl Selection {
     fn groups(&self, block: &Block) -> Result<Vec<Group>, Error> {
         let mut groups = Vec::new();
         for preset in &block.presets {
-            let has_wheel = TestBed::find(preset)?.has_wheel();
-            let set_up = |wheel: &bool| (has_wheel || !wheel) && self.wheel.is_none_or(|only| only == *wheel);
+            let bed = TestBed::find(preset)?;
+            let observer = block.observer.unwrap_or(bed.observer());
+            let set_up = |wheel: &bool| (bed.has_wheel() || !wheel) && self.wheel.is_none_or(|only| only == *wheel);
             for &rate in &block.rates {
                 for &mismatch in &block.mismatches {
                     for wheel in [true, false].into_iter().filter(set_up) {
                         let laws = if self.laws.is_empty() { &block.laws } else { &self.laws }.clone();
                         let corrected = self.corrected(rate, mismatch);
-                        groups.push(Group { preset: preset.clone(), wheel, rate, mismatch, laws, corrected });
+                        let preset = preset.clone();
+                        groups.push(Group { preset, wheel, rate, mismatch, observer, laws, corrected });
                     }
                 }
             }

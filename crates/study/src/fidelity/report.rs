@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::plan::observer_name;
 use super::study::Example;
 use super::{Outcome, Row, SCENARIOS, Scenario};
 use stickslip_base::figure::{Axis, Figure, Role, Series};
@@ -38,6 +39,7 @@ impl Outcome {
                 ("wheel", row.wheel.into()),
                 ("rate_hz", row.rate.into()),
                 ("mismatch", row.mismatch.into()),
+                ("observer", row.observer.into()),
                 ("scenario", score.measure.into()),
                 ("auto", row.auto.into()),
                 ("difference", score.difference.into()),
@@ -67,6 +69,7 @@ impl Outcome {
                         && row.wheel == group.wheel
                         && row.rate == group.rate
                         && row.mismatch == group.mismatch.name
+                        && row.observer == observer_name(&group.observer)
                 };
                 let rows: Vec<&Row> = self.rows.iter().filter(of_group).collect();
                 let mut measures = vec![*rows.first()?];
@@ -80,8 +83,9 @@ impl Outcome {
                     .chain(measures.iter().map(|row| title(row.score.measure)))
                     .chain(["Ω error, rad/s".to_owned()]);
                 let wheel = if group.wheel { "with wheel" } else { "without wheel" };
+                let without = if group.has_accelerometer() { "" } else { ", without accelerometer and tacho" };
                 let caption = format!(
-                    "{} {wheel}, {} kHz, {}. Difference in %, of counts in breakaways.",
+                    "{} {wheel}, {} kHz, {}{without}. Difference in %, of counts in breakaways.",
                     group.preset,
                     number(group.rate / 1000.0, 1),
                     group.mismatch.name

@@ -4,7 +4,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use stickslip_core::plant::Plant;
 
+use super::plan::observer_name;
 use super::{Cell, Group, LAWS, Mismatch, Pick, Plan, Role, Runs, Scenario, Score, TestBed, Trace, pick_law, scores};
+use stickslip_base::preset::ObserverChoice;
 use stickslip_base::{Error, Watch};
 use stickslip_simulate::fidelity::law::{AUTO, PAPER, best_width, has_width, search_references, search_runs, with_law};
 use stickslip_simulate::fidelity::machine;
@@ -23,6 +25,8 @@ pub struct Row {
     pub rate: f64,
     /// Name of the mismatch.
     pub mismatch: &'static str,
+    /// Name of the observer.
+    pub observer: &'static str,
     /// Whether the bench selected this law automatically.
     pub auto: bool,
     /// Difference that the bench predicts before the run; NaN for laws outside the selection and for measures that are
@@ -100,7 +104,13 @@ fn example(plan: &Plan) -> Option<&Group> {
 impl Group {
     /// Whether the other group differs only by the wheel.
     fn is_beside(&self, other: &Group) -> bool {
-        self.preset == other.preset && self.rate == other.rate && self.mismatch.name == other.mismatch.name
+        (&self.preset, self.rate, self.mismatch.name, self.observer)
+            == (&other.preset, other.rate, other.mismatch.name, other.observer)
+    }
+
+    /// Whether the bench has accelerometer and tacho.
+    pub(super) fn has_accelerometer(&self) -> bool {
+        self.observer == ObserverChoice::Accelerometer
     }
 
     /// The laws by their own names, each once, the selected one in its place.
@@ -157,7 +167,8 @@ impl Work<'_> {
             return Ok(None);
         }
         let alike = |(other, _): &&(Group, _)| {
-            (&other.preset, other.wheel, other.rate) == (&group.preset, group.wheel, group.rate)
+            (&other.preset, other.wheel, other.rate, other.observer)
+                == (&group.preset, group.wheel, group.rate, group.observer)
         };
         if let Some((_, pick)) = self.picked.iter().find(alike) {
             return Ok(Some(pick.clone()));
@@ -177,13 +188,15 @@ impl Work<'_> {
             .take_while(|other| !std::ptr::eq(*other, group))
             .map(|other| self.runs(other))
             .sum();
-        let cell = TestBed::find(&group.preset)?.cell(group.wheel, group.rate, group.mismatch);
+        let mut cell = TestBed::find(&group.preset)?.cell(group.wheel, group.rate, group.mismatch);
+        cell.preset.bench.observer = group.observer;
         let picked = self.picked(group, &cell)?;
         let auto = picked.as_ref().map_or("", |pick| pick.name);
         // Shared runs count as done.
         self.done.store(before, Ordering::Relaxed);
         let wheel = if group.wheel { "with wheel" } else { "without wheel" };
-        let stage = format!("{} {wheel}, {:.0} kHz, {}", group.preset, group.rate / 1000.0, group.mismatch.name);
+        let (kilohertz, observer) = (group.rate / 1000.0, observer_name(&group.observer));
+        let stage = format!("{} {wheel}, {kilohertz:.0} kHz, {}, {observer}", group.preset, group.mismatch.name);
         let (watch, done) = (self.watch, &self.done);
         let done = move || watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64);
 
@@ -194,7 +207,10 @@ impl Work<'_> {
         let truth = machine(&cell, Role::Desired);
         // A does not depend on wheel, law or own friction.
         let a = match self.desired.take() {
-            Some((last, machine, runs)) if (&last.preset, last.rate, machine) == (&group.preset, group.rate, truth) => {
+            Some((last, machine, runs))
+                if (&last.preset, last.rate, last.observer, machine)
+                    == (&group.preset, group.rate, group.observer, truth) =>
+            {
                 runs
             }
             _ => run(&cell, Role::Desired, "")?,
@@ -228,6 +244,7 @@ impl Work<'_> {
                 wheel: group.wheel,
                 rate: group.rate,
                 mismatch: group.mismatch.name,
+                observer,
                 auto: picked_this,
                 predicted: prediction.map_or(f64::NAN, |prediction| prediction.difference(score.measure)),
                 fade_velocity,

@@ -7,6 +7,7 @@ use stickslip_core::render::Law;
 use super::corrected::correction;
 use super::{Cell, Mismatch, sliding_mut};
 use stickslip_base::parameters::presets;
+use stickslip_base::preset::ObserverChoice;
 use stickslip_base::{Error, Preset};
 
 /// Friction of the preset `prototype` without its wheel: in the preset, the wheel is part of the single friction of the
@@ -37,6 +38,11 @@ impl TestBed {
     /// Whether the bed has a wheel that can be released.
     pub fn has_wheel(&self) -> bool {
         self.preset.plant.wheel.preload > 0.0 || self.name == PROTOTYPE_RELEASED.0
+    }
+
+    /// The observer of the preset.
+    pub fn observer(&self) -> ObserverChoice<f64> {
+        self.preset.bench.observer
     }
 
     /// The bench at rest at angle 0, its wheel pressed on as in the preset or released, at this tick rate [Hz], the

@@ -10,6 +10,7 @@ use stickslip_codegen::record::{self, Recorded};
 use stickslip_codegen::tree::Tree;
 use stickslip_core::block::Block;
 use stickslip_core::control::{Pid, PositionController};
+use stickslip_core::estimate::MotionObserver;
 use stickslip_core::fields::Fields;
 use stickslip_core::render::Law;
 use stickslip_core::tick::Tick;
@@ -47,6 +48,7 @@ impl Row {
 pub fn measure(tick: &Tick<f64>, run: &Run) -> Vec<Row> {
     let mut rows = Vec::new();
     let experiment = run.first(STEPS);
+    let MotionObserver::Accelerometer(observer) = tick.observer else { panic!("the experiment has an accelerometer") };
     let Law::Paper(law) = tick.law else { panic!("the experiment uses the paper's law") };
     let PositionController::Cascade(cascade) = tick.control.controller else { panic!("the experiment uses a cascade") };
     for (target, single) in [(M4F, false), (M4F, true), (M7, false)] {
@@ -61,7 +63,7 @@ pub fn measure(tick: &Tick<f64>, run: &Run) -> Vec<Row> {
         }
         count!("pid", &Pid::<f64>::default(), None);
         count!("cascade", &cascade, None);
-        count!("velocity_observer", &tick.observer, None);
+        count!("velocity_observer", &observer, None);
         count!("current_control", &tick.current, None);
         count!("difference_torque", &law, None);
         count!("tick", tick, Some(&experiment));

@@ -16,6 +16,7 @@ fn calm(angle: f64) -> SafetyInput {
         load_current: 0.1,
         asked_load_current: 0.1,
         reference_position: angle + 0.01,
+        acceleration: Some(0.0),
         ..SafetyInput::default()
     }
 }
@@ -101,7 +102,7 @@ fn a_non_finite_measurement_is_a_fault_with_its_name() {
         let broken = [
             (SafetyInput { measured_angle: bad, ..calm(41.0) }, "screw angle"),
             (SafetyInput { measured_velocity: bad, ..calm(41.0) }, "tacho velocity"),
-            (SafetyInput { acceleration: bad, ..calm(41.0) }, "acceleration"),
+            (SafetyInput { acceleration: Some(bad), ..calm(41.0) }, "acceleration"),
             (SafetyInput { load_current: bad, ..calm(41.0) }, "load current"),
         ];
         for (input, measurement) in broken {
@@ -248,8 +249,20 @@ fn a_revolution_without_an_index_pulse_is_a_fault_unless_ticks_were_missed() {
 }
 
 #[test]
+fn without_a_tacho_an_estimated_velocity_is_not_compared_with_the_encoder() {
+    let apart = |acceleration: Option<f64>| {
+        cruise(30.0, 1.0, move |_, input| {
+            input.acceleration = acceleration;
+            input.measured_velocity = 0.0;
+        })
+    };
+    assert!(matches!(fault(&apart(Some(0.0)).0), Fault::SensorsApart { .. }));
+    assert_eq!(apart(None).0.state(), SafetyState::Running);
+}
+
+#[test]
 fn an_accelerometer_that_jumps_is_a_fault_and_one_that_drifts_is_not() {
-    let with = |offset: fn(f64) -> f64| cruise(30.0, 3.0, move |time, input| input.acceleration = offset(time));
+    let with = |offset: fn(f64) -> f64| cruise(30.0, 3.0, move |time, input| input.acceleration = Some(offset(time)));
     let (safety, time) = with(|time| if time > 1.0 { 700.0 } else { 100.0 });
     assert!(matches!(fault(&safety), Fault::Accelerometer { .. }));
     // 0.02 s until 400 of 600 rad/s² have come through a lag of 0.02 s, and as long again.
@@ -264,7 +277,7 @@ fn an_acceleration_of_both_sensors_is_not_a_fault() {
         let (time, rate) = (f64::from(k) * DT, 40.0);
         let (angle, velocity) = (41.5 - 0.5 * (rate * time).cos(), 20.0 * (rate * time).sin());
         let acceleration = 800.0 * (rate * time).cos();
-        safety.step(SafetyInput { measured_velocity: velocity, acceleration, ..calm(angle) }, DT);
+        safety.step(SafetyInput { measured_velocity: velocity, acceleration: Some(acceleration), ..calm(angle) }, DT);
         assert_eq!(safety.state(), SafetyState::Running, "{time}");
     }
 }
