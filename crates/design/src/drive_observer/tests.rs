@@ -3,6 +3,9 @@
 use super::*;
 use stickslip_base::Preset;
 use stickslip_base::parameters::presets;
+use stickslip_core::block::Block as _;
+use stickslip_core::control::{CurrentControlInput, CurrentControlState};
+use stickslip_core::estimate::{DriveObserverInput, DriveObserverState};
 use stickslip_core::fields::Fields as _;
 
 /// Largest magnitude of a pole of the observer's error with the gains of a speed over the ripple velocity.
@@ -107,4 +110,30 @@ fn the_tacho_has_less_weight_where_it_ripples() {
     assert_eq!(rippled.gains, smooth.gains);
     let [slow, fast] = [rippled.gains, rippled.fast_gains].map(|gains| gains.motor_velocity[1].abs());
     assert!(fast < 0.05 * slow, "{fast} against {slow}");
+}
+
+#[test]
+fn behind_an_amplifier_that_takes_a_torque_the_observed_current_follows_its_reference() {
+    let mut preset: Preset<f64> = presets::find("clm-bench").expect("a preset").read().expect("a sound one");
+    preset.bench.observer = ObserverChoice::Model(DriveModelTrust::default());
+    preset.bench.torque_amplifier = 1.0;
+    let tick = crate::parameters(&preset.model, &preset.bench).expect("parameters").tick;
+    let MotionObserver::Model(observer) = tick.observer else { panic!("{:?}", tick.observer) };
+    let demand = CurrentControlInput { reference_current: 2.0, ..CurrentControlInput::default() };
+    let voltage = tick.current.step(&mut CurrentControlState::default(), demand, 250e-6).voltage;
+    let mut state = DriveObserverState { started: 1.0, ..DriveObserverState::default() };
+    for tick in 0..40 {
+        // Turning fast, so that a back-EMF would show; the measured current stays out.
+        state.drive.velocity = 50.0;
+        let input = DriveObserverInput {
+            voltage,
+            current: state.drive.load_current,
+            angle: state.drive.angle,
+            ..DriveObserverInput::default()
+        };
+        observer.follow(&mut state, &input, 250e-6, |_, _| {});
+        let share = state.drive.load_current / 2.0;
+        let expected = -libm::expm1(-250e-6 * f64::from(tick + 1) / preset.model.servo_lag);
+        assert!((share - expected).abs() < 1e-3, "{share} instead of {expected} after {tick}");
+    }
 }
