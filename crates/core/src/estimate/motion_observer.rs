@@ -55,15 +55,7 @@ impl<T: Scalar> MotionObserver<T> {
                 let screw = observer.run(velocity, seen, dt);
                 MotionEstimate { screw, motor_velocity: input.motor_velocity }
             }
-            MotionObserver::Model(observer) if followed => {
-                let known = drive.started.gt(T::of(0.5));
-                let start = observer.begin(&input);
-                let DriveState { angle, velocity, motor_velocity, .. } =
-                    drive.merge(&start, &mut |running, fresh| known.select(running, fresh)).drive;
-                let acceleration = observer.model.acceleration(&drive.drive);
-                MotionEstimate::of(Estimate { angle, velocity, motor_velocity }, acceleration)
-            }
-            MotionObserver::Model(observer) => follow(observer, drive, &input, dt),
+            MotionObserver::Model(observer) => by_model(observer, drive, followed, &input, dt),
         }
     }
 }
@@ -78,12 +70,21 @@ impl<T: Scalar> MotionEstimate<T> {
 
 // Not inlined: it contains the code of all friction models, and many functions contain a tick.
 #[inline(never)]
-fn follow<T: Scalar>(
+fn by_model<T: Scalar>(
     observer: &DriveObserver<T>,
     state: &mut DriveObserverState<T>,
+    followed: bool,
     input: &DriveObserverInput<T>,
     dt: T,
 ) -> MotionEstimate<T> {
+    if followed {
+        let known = state.started.gt(T::of(0.5));
+        let start = observer.begin(input);
+        let DriveState { angle, velocity, motor_velocity, .. } =
+            state.merge(&start, &mut |running, fresh| known.select(running, fresh)).drive;
+        let acceleration = observer.model.acceleration(&state.drive);
+        return MotionEstimate::of(Estimate { angle, velocity, motor_velocity }, acceleration);
+    }
     let mut acceleration = T::of(0.0);
     let estimate = observer.follow(state, input, dt, |middle, _| acceleration = middle.acceleration);
     MotionEstimate::of(estimate, acceleration)

@@ -153,7 +153,9 @@ impl<T: Scalar> Glide<T> {
         let plant = &machine.plant;
         let (_, induced) = plant.load_motor.ripple.of(&plant.load_motor.winding, state);
         let x = machine.held(state, input, induced).with(state);
-        let [mut motor, mut load] = self.change[0].map(|factor| factor * x[0]);
+        // Without a closure, which is a call in vectors.
+        let [motor, load] = self.change[0];
+        let (mut motor, mut load) = (motor * x[0], load * x[0]);
         for column in 1..STATES + INPUTS {
             motor += self.change[column][0] * x[column];
             load += self.change[column][1] * x[column];

@@ -285,7 +285,6 @@ mod tests {
             lane.manoeuvre.judge(&course, &preset, lane.chance)[0]
         };
         let [short, long, other] = [(false, 1), (true, 1), (false, 2)].map(|(long_steps, seed)| rms(long_steps, seed));
-        println!("short {short} long {long} other noise {other}");
         assert!(long != short, "no tick was taken in long steps");
         assert!((long - short).abs() < 0.2 * (other - short).abs(), "{short} {long} {other}");
     }
