@@ -11,7 +11,7 @@ use crate::{root, sample, sources, text, without_tests, workspace};
 #[test]
 fn the_core_has_no_std_and_no_unsafe() {
     for name in ["core", "software"] {
-        let root = text(&format!("crates/{name}/src/lib.rs"));
+        let root = text(format!("crates/{name}/src/lib.rs"));
         for attribute in ["#![no_std]", "#![forbid(unsafe_code)]"] {
             assert!(root.lines().any(|line| line == attribute), "crates/{name}/src/lib.rs lacks {attribute}");
         }
