@@ -94,7 +94,12 @@ await play(async (scene) => {
     await a.press('PageUp')
     assert.ok((await time()) > before + 0.01)
     const row = dock.getByRole('row', { name: /setpoint velocity/ })
-    const numbers = (await row.getByRole('cell').allInnerTexts()).map((text) => Number(text.replace('\u2212', '-').replace(/\s/g, '')))
+    const shown = async () => (await row.getByRole('cell').allInnerTexts()).map((text) => Number(text.replace('\u2212', '-').replace(/\s/g, '')))
+    let numbers = await shown()
+    for (let look = 0; look < 100 && numbers.some(Number.isNaN); look++) {
+      await ann.waitForTimeout(20)
+      numbers = await shown()
+    }
     const [mean, rms, least, largest] = numbers
     assert.ok(least <= mean && mean <= largest && rms <= Math.max(-least, largest) && rms > 0, String(numbers))
     await scene.snapshot(ann, 'scope-cursors')
