@@ -81,7 +81,10 @@ await play(async (scene) => {
     await ann.keyboard.press('b')
     await dock.getByRole('button', { name: 'Cursors' }).first().click()
     const a = dock.getByRole('slider', { name: 'Cursor A' })
-    const time = async () => Number((await a.getAttribute('aria-valuetext')).split(' ')[0])
+    const time = async () => {
+      const [number, unit] = (await a.getAttribute('aria-valuetext')).split(/\s/)
+      return Number(number) * (unit === 'ms' ? 1e-3 : 1)
+    }
     const before = await time()
     await a.press('Shift+ArrowRight')
     // The display follows within a frame; a missed cycle makes the distance longer.
