@@ -104,7 +104,7 @@ await play(async (scene) => {
       numbers = await shown()
     }
     const [mean, rms, least, largest] = numbers
-    assert.ok(least <= mean && mean <= largest && rms <= Math.max(-least, largest) && rms > 0, String(numbers))
+    assert.ok(least <= mean && mean <= largest && rms <= Math.max(-least, largest) && rms > 0, JSON.stringify(await row.getByRole('cell').allInnerTexts()))
     await scene.snapshot(ann, 'scope-cursors')
     const lines = (await leave('CSV between the cursors')).toString().trim().split('\n')
     const apart = (await dock.locator('dl').innerText()).match(/Δ\s+([\d.]+)\s(m?s)/)
