@@ -73,11 +73,12 @@ await play(async (scene) => {
     })
   })
   await scene.step('cursors by keyboard and mouse, and statistics between them', async () => {
-    await point(/estimated velocity/, 0.4)
+    // Both where the page has samples, however short ago it was opened.
+    await point(/estimated velocity/, 0.75)
     await ann.keyboard.press(' ')
     await button('Resume Space').waitFor()
     await ann.keyboard.press('a')
-    await point(/estimated velocity/, 0.7)
+    await point(/estimated velocity/, 0.9)
     await ann.keyboard.press('b')
     await dock.getByRole('button', { name: 'Cursors' }).first().click()
     const a = dock.getByRole('slider', { name: 'Cursor A' })
@@ -87,24 +88,13 @@ await play(async (scene) => {
     }
     const before = await time()
     await a.press('Shift+ArrowRight')
-    // The display follows within a frame; a missed cycle makes the distance longer.
-    let moved = 0
-    for (let look = 0; look < 100 && moved === 0; look++) {
-      await ann.waitForTimeout(20)
-      moved = (await time()) - before
-    }
-    assert.ok(moved > 9e-4 && moved < 0.03, `a sample: ${moved} s`)
+    assert.ok(Math.abs((await time()) - before - 0.001) < 1e-4, 'a sample')
     await a.press('PageUp')
     assert.ok((await time()) > before + 0.01)
     const row = dock.getByRole('row', { name: /setpoint velocity/ })
-    const shown = async () => (await row.getByRole('cell').allInnerTexts()).map((text) => Number(text.replace('\u2212', '-').replace(/\s/g, '')))
-    let numbers = await shown()
-    for (let look = 0; look < 100 && numbers.some(Number.isNaN); look++) {
-      await ann.waitForTimeout(20)
-      numbers = await shown()
-    }
+    const numbers = (await row.getByRole('cell').allInnerTexts()).map((text) => Number(text.replace('\u2212', '-').replace(/\s/g, '')))
     const [mean, rms, least, largest] = numbers
-    assert.ok(least <= mean && mean <= largest && rms <= Math.max(-least, largest) && rms > 0, JSON.stringify(await row.getByRole('cell').allInnerTexts()))
+    assert.ok(least <= mean && mean <= largest && rms <= Math.max(-least, largest) && rms > 0, String(numbers))
     await scene.snapshot(ann, 'scope-cursors')
     const lines = (await leave('CSV between the cursors')).toString().trim().split('\n')
     const apart = (await dock.locator('dl').innerText()).match(/Δ\s+([\d.]+)\s(m?s)/)
