@@ -17,7 +17,8 @@ pub(crate) struct Socket {
 }
 
 /// Sets the real-time priority of the calling thread.
-pub(crate) fn prefer(priority: u8) -> Result<()> {
+#[cfg(feature = "main-device")]
+pub(crate) fn raise_priority(priority: u8) -> Result<()> {
     // SAFETY: takes nothing.
     let thread = unsafe { libc::syscall(libc::SYS_gettid) };
     stickslip_bench::hurry(thread as u32, priority)

@@ -89,23 +89,20 @@ impl<'a> Cyclic<'a> {
         let exchanges = |bytes: usize, counts: u16| if bytes > 0 { counts } else { 0 };
         let counts = |device: (usize, usize)| exchanges(device.0, 2) + exchanges(device.1, 1);
         let due = group.iter(main).map(|device| counts((device.outputs_raw().len(), device.inputs_raw().len()))).sum();
-        let until = || Some(Instant::now() + period.mul_f64(LOST));
+        let patient = period.mul_f64(LOST);
         let pause = |response: Option<&CycleInfo>| {
             std::thread::sleep(response.map_or(period, |info| info.next_cycle_wait).min(2 * period));
         };
         // Process data must flow before OP is requested.
         for _ in 0..20 {
-            let response = wire.run(group.tx_rx_dc(main), until());
+            let response = wire.run_within(group.tx_rx_dc(main), patient);
             pause(response.and_then(Result::ok).as_ref().map(|response| &response.extra));
         }
         let failed = step("OP", "See the messages of the drive.");
-        let group = match wire.run(group.request_into_op(main), None) {
-            Some(group) => group.map_err(failed)?,
-            None => unreachable!("it has no time limit"),
-        };
+        let group = wire.run(group.request_into_op(main)).map_err(failed)?;
         let start = Instant::now();
         loop {
-            let response = wire.run(group.tx_rx_dc(main), until()).and_then(Result::ok);
+            let response = wire.run_within(group.tx_rx_dc(main), patient).and_then(Result::ok);
             if response.as_ref().is_some_and(TxRxResponse::all_op) {
                 break;
             }
@@ -146,8 +143,8 @@ impl<'a> Cyclic<'a> {
                 drive.write(&mut device.outputs_raw_mut(), on, torque, self.patience);
             }
         }
-        let until = Instant::now() + self.period.mul_f64(LOST);
-        let response = self.wire.run(self.group.tx_rx_dc(self.main), Some(until)).and_then(Result::ok);
+        let cycle = self.group.tx_rx_dc(self.main);
+        let response = self.wire.run_within(cycle, self.period.mul_f64(LOST)).and_then(Result::ok);
         let Some(response) = response else {
             self.clock = None;
             return Answer::Lost;
@@ -208,19 +205,18 @@ impl<'a> Cyclic<'a> {
             return fault;
         }
         self.retry = Instant::now();
-        let until = || Some(Instant::now() + QUESTION);
         let Ok(device) = self.group.subdevice(self.main, position) else {
             return MachineFault::Restarted;
         };
-        let status = self.wire.run(device.register_read::<u16>(0x0134_u16), until()).and_then(Result::ok);
-        let error = self.wire.run(device.sdo_read::<u16>(0x603F, 0), until()).and_then(Result::ok);
+        let status = self.wire.run_within(device.register_read::<u16>(0x0134_u16), QUESTION).and_then(Result::ok);
+        let error = self.wire.run_within(device.sdo_read::<u16>(0x603F, 0), QUESTION).and_then(Result::ok);
         let acknowledge = async {
             // SAFE-OP with acknowledgement, then OP.
             device.register_write(0x0120_u16, 0x14_u16).await?;
             device.register_write(0x0120_u16, 0x08_u16).await
         };
         // It is tried again.
-        let _ = self.wire.run(acknowledge, until());
+        let _ = self.wire.run_within(acknowledge, QUESTION);
         let (error, status) = (error.unwrap_or(0), status.unwrap_or(0));
         let fault = MachineFault::Device { position: position as u16, error, status };
         // The first cause counts.
@@ -246,7 +242,7 @@ impl<'a> Cyclic<'a> {
             group.into_pre_op(main).await?.into_init(main).await
         };
         // Without an answer, the watchdogs of the devices act.
-        let _ = self.wire.run(back, Some(Instant::now() + Duration::from_secs(1)));
+        let _ = self.wire.run_within(back, Duration::from_secs(1));
     }
 }
 
@@ -259,10 +255,9 @@ fn not_operational<'a>(
 ) -> MainDeviceError {
     let states = response.map(|response| response.subdevice_states.as_slice()).unwrap_or_default();
     let position = states.iter().position(|state| *state != SubDeviceState::Op).unwrap_or_default();
-    let until = Some(Instant::now() + QUESTION);
     let status = group
         .subdevice(main, position)
         .ok()
-        .and_then(|device| wire.run(device.register_read::<u16>(0x0134_u16), until).and_then(Result::ok));
+        .and_then(|device| wire.run_within(device.register_read::<u16>(0x0134_u16), QUESTION).and_then(Result::ok));
     MainDeviceError::NotOperational { position: position as u8, status: status.unwrap_or(0) }
 }

@@ -29,7 +29,7 @@ use super::profile::{Accelerometer, DriveFile};
 use super::steering::Steering;
 use super::units::Expected;
 use super::wire::{Storage, Wire};
-use crate::socket::{Socket, prefer};
+use crate::socket::{Socket, raise_priority};
 
 /// Fraction of the next tick in which readings are still accepted.
 const GRACE: f64 = 0.25;
@@ -185,14 +185,14 @@ fn exchange(
     started: &mpsc::Sender<Result<Answer, MainDeviceError>>,
 ) {
     // Without the permission it is an ordinary thread, as the tick is then.
-    let _ = prefer(PRIORITY);
+    let _ = raise_priority(PRIORITY);
     main_device(socket, |main, mut wire| {
         let analogue = accelerometer.map(|input| Analogue {
             position: input.position,
             place: Place::word(input.byte),
             unit: input.volts / 32_767.0,
         });
-        let prepared = wire.run(prepare(main, plan), None).expect("it has no time limit");
+        let prepared = wire.run(prepare(main, plan));
         let cyclic =
             prepared.and_then(|(group, drives)| Cyclic::start(main, wire, group, drives, analogue, plan.period));
         let mut cyclic = match cyclic {

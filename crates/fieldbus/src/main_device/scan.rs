@@ -14,8 +14,7 @@ use crate::scanned::ScannedDevice;
 /// Cause and remedy, as text: the interface, or no answers.
 pub(crate) fn scan(interface: &str) -> Result<Vec<ScannedDevice>, String> {
     let socket = socket(interface).map_err(|error| error.to_string())?;
-    main_device(socket, |main, mut wire| wire.run(devices(main), None).expect("it has no time limit"))
-        .map_err(|error| error.to_string())
+    main_device(socket, |main, mut wire| wire.run(devices(main))).map_err(|error| error.to_string())
 }
 
 async fn devices(main: &MainDevice<'_>) -> Result<Vec<ScannedDevice>, MainDeviceError> {

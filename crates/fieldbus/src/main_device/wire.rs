@@ -2,7 +2,7 @@
 
 use std::future::Future;
 use std::io::ErrorKind;
-use std::pin::pin;
+use std::pin::{Pin, pin};
 use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
@@ -31,36 +31,54 @@ impl<'a> Wire<'a> {
         Wire { socket, tx, rx, buffer: [0; LONGEST] }
     }
 
-    /// Runs a future to its end, or drops it at this time: then `None`. Frames that cannot be sent are lost.
-    pub(crate) fn run<F: Future>(&mut self, future: F, until: Option<Instant>) -> Option<F::Output> {
+    /// Runs a future to its end.
+    pub(crate) fn run<F: Future>(&mut self, future: F) -> F::Output {
         let mut future = pin!(future);
-        let mut context = Context::from_waker(Waker::noop());
         loop {
-            if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
+            if let Poll::Ready(output) = self.poll(future.as_mut()) {
+                return output;
+            }
+            self.receive(LOOK);
+        }
+    }
+
+    /// Runs a future for this time at most, then drops it: `None`.
+    pub(crate) fn run_within<F: Future>(&mut self, future: F, time: Duration) -> Option<F::Output> {
+        let mut future = pin!(future);
+        let start = Instant::now();
+        loop {
+            if let Poll::Ready(output) = self.poll(future.as_mut()) {
                 return Some(output);
             }
-            while let Some(frame) = self.tx.next_sendable_frame() {
-                let socket = &mut self.socket;
-                // A frame that the interface refuses counts as sent and lost: its future ends by its own time-out.
-                let sent = frame.send_blocking(|bytes| {
-                    let _ = socket.send(bytes);
-                    Ok(bytes.len())
-                });
-                debug_assert_eq!(sent.as_ref().err(), None::<&Error>);
-            }
-            let now = Instant::now();
-            if until.is_some_and(|until| now >= until) {
-                return None;
-            }
-            let wait = until.map_or(LOOK, |until| LOOK.min(until - now));
-            match self.socket.receive(&mut self.buffer, wait) {
-                // A late answer to a frame that was given up is refused there.
-                Ok(Some(length)) => drop(self.rx.receive_frame(&self.buffer[..length])),
-                Ok(None) => {}
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
-                // The interface is down: no frame comes.
-                Err(_) => std::thread::sleep(wait),
-            }
+            let left = time.checked_sub(start.elapsed()).filter(|left| !left.is_zero())?;
+            self.receive(LOOK.min(left));
+        }
+    }
+
+    /// Polls a future and sends its frames. A frame that the interface refuses counts as sent and lost: the future ends
+    /// by its own time-out.
+    fn poll<F: Future>(&mut self, future: Pin<&mut F>) -> Poll<F::Output> {
+        let output = future.poll(&mut Context::from_waker(Waker::noop()));
+        while let Some(frame) = self.tx.next_sendable_frame() {
+            let socket = &mut self.socket;
+            let sent = frame.send_blocking(|bytes| {
+                let _ = socket.send(bytes);
+                Ok(bytes.len())
+            });
+            debug_assert_eq!(sent.as_ref().err(), None::<&Error>);
+        }
+        output
+    }
+
+    /// Waits for a frame for this time at most.
+    fn receive(&mut self, wait: Duration) {
+        match self.socket.receive(&mut self.buffer, wait) {
+            // A late answer to a frame that was given up is refused there.
+            Ok(Some(length)) => drop(self.rx.receive_frame(&self.buffer[..length])),
+            Ok(None) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+            // The interface is down: no frame comes.
+            Err(_) => std::thread::sleep(wait),
         }
     }
 }
