@@ -76,7 +76,7 @@ fn prepared(arm: &ElasticArm<f64>, filtered: bool, model: &Model<f64>, settings:
     let dt = settings.tick_time();
     let slowest = match settings.observer {
         ObserverChoice::Accelerometer => settings.observer_poles.into_iter().fold(f64::INFINITY, f64::min),
-        // The model follows the torque of the load motor without lag; there is no accelerometer.
+        // The model has the torque of the load motor as its input, so that it does not lag.
         ObserverChoice::Model(_) => f64::INFINITY,
     };
     let followed = arm.angular_frequency() <= OBSERVED * slowest;

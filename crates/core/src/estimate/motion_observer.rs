@@ -42,7 +42,7 @@ impl<T: Scalar> MotionObserver<T> {
     /// One tick. With the model, the state is that of the rendering law if the law follows the drive itself
     /// (`followed`): its prediction for this tick is the estimate.
     #[inline(always)]
-    pub fn see(
+    pub fn observe(
         &self,
         (velocity, drive): (&mut VelocityObserverState<T>, &mut DriveObserverState<T>),
         followed: bool,

@@ -37,7 +37,7 @@ pub struct GlidingMachine<T> {
 /// Long steps of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Glide<T> {
-    /// Steps in a long step; 1: there are no long steps.
+    /// Short steps in a long step. 1: no long steps.
     #[field(fixed)]
     steps: usize,
     /// Largest relative change of a velocity in a tick that is taken in long steps; −1: none is.

@@ -207,7 +207,8 @@ impl<T: Scalar> Block<T> for Tick<T> {
     fn step(&self, state: &mut TickState<T>, input: TickInput<T>, dt: T) -> TickOutput<T> {
         let TickInput { measurement, order } = input;
         let (zero, half) = (T::of(0.0), T::of(0.5));
-        let Seen { decoded, estimate, motor_velocity, acceleration, current } = self.see(state, measurement, dt);
+        let Observed { decoded, estimate, motor_velocity, acceleration, current } =
+            self.observe(state, measurement, dt);
         // The position controller first, so that its torque acts in the same tick as the load torque.
         self.control_position(state, &order, decoded.angle, motor_velocity);
         let torque = nan_to_zero(state.commanded_torque + order.added_torque);
@@ -260,7 +261,7 @@ impl<T: Scalar> Block<T> for Tick<T> {
 
 /// Measured and estimated motion at a tick.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<T> {
+pub struct Observed<T> {
     /// Angles by the encoder.
     pub decoded: DecoderOutput<T>,
     /// Estimated motion of the screw.
@@ -276,7 +277,7 @@ pub struct Seen<T> {
 impl<T: Scalar> Tick<T> {
     /// Decodes the readings and runs the observer.
     #[inline(always)]
-    pub fn see(&self, state: &mut TickState<T>, measurement: Measurement<T>, dt: T) -> Seen<T> {
+    pub fn observe(&self, state: &mut TickState<T>, measurement: Measurement<T>, dt: T) -> Observed<T> {
         let Measurement { count, index, latch, .. } = measurement;
         let decoded = self.decoder.run(&mut state.decoder, EncoderReading { count, index, latch }, dt);
         let motor_velocity = measurement.tacho_voltage / self.scaling.tacho;
@@ -295,8 +296,8 @@ impl<T: Scalar> Tick<T> {
             estimated_velocity,
         };
         let states = (&mut state.observer, &mut state.law.observer);
-        let MotionEstimate { screw, motor_velocity } = self.observer.see(states, self.law.follows(), input, dt);
-        Seen { decoded, estimate: screw, motor_velocity, acceleration, current }
+        let MotionEstimate { screw, motor_velocity } = self.observer.observe(states, self.law.follows(), input, dt);
+        Observed { decoded, estimate: screw, motor_velocity, acceleration, current }
     }
 
     /// Position control at its own, slower rate: computed where a lane may be due, used where it is.

@@ -279,7 +279,8 @@ impl<T: Scalar> Axis<T> {
             estimated_velocity: T::of(0.0),
         };
         let states = (&mut state.observer, &mut state.followed);
-        let MotionEstimate { screw: estimate, motor_velocity } = self.observer.see(states, false, readings, self.dt);
+        let MotionEstimate { screw: estimate, motor_velocity } =
+            self.observer.observe(states, false, readings, self.dt);
         let demand = CurrentControlInput {
             reference_current: T::of(0.0),
             measured_current: machine.drive.load_current,

@@ -201,7 +201,7 @@ impl<T: Scalar> SampledLoop<T> {
         };
         let states = (&mut state.observer, &mut state.law.observer);
         let MotionEstimate { screw: observed, motor_velocity } =
-            self.observer.see(states, self.law.follows(), seen, dt);
+            self.observer.observe(states, self.law.follows(), seen, dt);
         let felt_by_law = LawInput {
             estimated_velocity: observed.velocity,
             angle,

@@ -206,7 +206,7 @@ impl Software {
         let tick = &self.parameters.tick;
         // The tick will see the same readings from the same state.
         let mut state = self.state;
-        let seen = tick.see(&mut state, *readings, self.tick_time);
+        let seen = tick.observe(&mut state, *readings, self.tick_time);
         Sample {
             controls: order.control > 0.5,
             renders: order.render > 0.5,

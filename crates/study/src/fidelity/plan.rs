@@ -73,17 +73,16 @@ struct Block {
     laws: Vec<String>,
 }
 
-/// The observers by name.
-const OBSERVERS: &[(&str, ObserverChoice<f64>)] = &[
-    ("accelerometer", ObserverChoice::Accelerometer),
-    ("model", ObserverChoice::Model(DriveModelTrust { missing_torque: 0.1 })),
-];
+/// The observer of a bench without accelerometer and tacho.
+fn by_model() -> ObserverChoice<f64> {
+    ObserverChoice::Model(DriveModelTrust::default())
+}
 
 /// Name of an observer.
 pub(super) fn observer_name(observer: &ObserverChoice<f64>) -> &'static str {
     match observer {
-        ObserverChoice::Accelerometer => OBSERVERS[0].0,
-        ObserverChoice::Model(_) => OBSERVERS[1].0,
+        ObserverChoice::Accelerometer => "accelerometer",
+        ObserverChoice::Model(_) => "model",
     }
 }
 
@@ -106,7 +105,7 @@ fn full() -> Vec<Block> {
         observer: None,
         laws: laws.into(),
     };
-    let without = |block: Block| Block { observer: Some(OBSERVERS[1].1), ..block };
+    let without = |block: Block| Block { observer: Some(by_model()), ..block };
     let (rates, two) = ([1000.0, 4000.0, 10_000.0], names(&[PAPER, AUTO]));
     vec![
         block(&["prototype"], &rates, &[perfect, real], &all),
@@ -140,11 +139,12 @@ impl Selection {
         let scenarios: Vec<Scenario> = by_name("scenario", &self.scenarios, SCENARIOS, |scenario| scenario.name)?;
         let laws: Vec<(&str, ())> = LAWS.iter().map(|(name, _)| (*name, ())).chain([(AUTO, ())]).collect();
         by_name("law", &self.laws, &laws, |law| law.0)?;
-        let observers = by_name("observer", &self.observers, OBSERVERS, |observer| observer.0)?;
+        let all_observers = [ObserverChoice::Accelerometer, by_model()];
+        let observers = by_name("observer", &self.observers, &all_observers, observer_name)?;
         // The presets of the benchmark have an accelerometer.
         let shown = |block: &Block| {
             let name = observer_name(&block.observer.unwrap_or(ObserverChoice::Accelerometer));
-            observers.is_empty() || observers.iter().any(|observer| observer.0 == name)
+            observers.is_empty() || observers.iter().any(|observer| observer_name(observer) == name)
         };
         let mut groups: Vec<Group> = Vec::new();
         for block in if self.quick { quick() } else { full() }.into_iter().filter(shown) {
@@ -159,7 +159,7 @@ impl Selection {
             let or = |selected: &[String], otherwise: &[&str]| {
                 if selected.is_empty() { names(otherwise) } else { selected.to_vec() }
             };
-            let observers = observers.iter().map(|observer| Some(observer.1));
+            let observers = observers.iter().copied().map(Some);
             let observers: Vec<_> = if observers.len() > 0 { observers.collect() } else { vec![None] };
             for observer in observers {
                 groups.extend(self.groups(&Block {
