@@ -1,12 +1,15 @@
 //! `stickslip doctor`: the real-time settings of this computer, and how late cycles start on it.
 
+mod network;
+
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use stickslip::Watch;
-use stickslip::realtime::{Checkup, Examination, Finding, Outcome, Verdict};
+use stickslip::bench::remote::Address;
+use stickslip::realtime::{Checkup, Examination, Finding, NOT_REPORTED, Outcome, Verdict};
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -21,6 +24,10 @@ pub(crate) struct DoctorCommand {
     /// Rate of the cycles [Hz].
     #[arg(long, value_name = "HZ", default_value_t = Checkup::default().rate)]
     rate: f64,
+    /// Also examine a network card for EtherCAT: link, driver, interrupt coalescing, permission, addresses, and the devices
+    /// that answer. They are scanned, and leave operation, only if the card has a link and no address.
+    #[arg(long, value_name = "ethercat:INTERFACE")]
+    io: Option<Address>,
     /// Folder for figure, report and summary.json [default: no files].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -31,7 +38,9 @@ pub(crate) struct DoctorCommand {
 impl DoctorCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let checkup = Checkup { rate: self.rate, seconds: self.seconds };
-        let examination = checkup.examine(Path::new("/"), watch)?;
+        let card = self.io.as_ref().map(network::findings).transpose()?;
+        let mut examination = checkup.examine(Path::new("/"), watch)?;
+        examination.findings.extend(card.into_iter().flatten());
         let summary = match &self.out {
             Some(folder) => examination.write(folder, &source::command_line())?,
             None => examination.summary(),
@@ -61,7 +70,11 @@ fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     }
     let list = |findings: Vec<String>| findings.join(", ");
     let good = list(of(Verdict::Good).map(|finding| format!("{} ({})", finding.what, finding.found)).collect());
-    let unknown = list(of(Verdict::Unknown).map(|finding| finding.what.to_string()).collect());
+    let reason = |finding: &Finding| match finding.found.as_str() {
+        NOT_REPORTED => finding.what.to_string(),
+        found => format!("{} ({found})", finding.what),
+    };
+    let unknown = list(of(Verdict::Unknown).map(reason).collect());
     for (name, text) in [("Good", good), ("Unknown", unknown)] {
         if !text.is_empty() {
             writeln!(out, "{name}: {text}.")?;

@@ -11,7 +11,8 @@ use std::time::Duration;
 pub use floor::{Floor, measure_floor};
 pub use stickslip_rt::Outcome;
 pub use stickslip_rt::SPIN;
-pub use stickslip_rt::doctor::{Finding, Verdict};
+pub use stickslip_rt::doctor::network;
+pub use stickslip_rt::doctor::{Finding, NOT_REPORTED, Verdict};
 use stickslip_rt::{Granted, ThreadSettings, doctor};
 pub use wake_up::{WakeUp, measure_wake_up};
 

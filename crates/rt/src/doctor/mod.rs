@@ -4,6 +4,7 @@
 
 mod cpu;
 mod memory;
+pub mod network;
 mod scheduler;
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::setup::last_of;
+
+/// Value of a setting that is unknown.
+pub const NOT_REPORTED: &str = "not reported by the system";
 
 /// One examined setting.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,16 +55,19 @@ pub(crate) fn lockable(root: &Path) -> Option<u64> {
 }
 
 impl Finding {
-    fn good(what: &'static str, found: impl Into<String>, costs: &'static str) -> Self {
+    /// A favourable setting.
+    pub fn good(what: &'static str, found: impl Into<String>, costs: &'static str) -> Self {
         Finding { what, found: found.into(), verdict: Verdict::Good, costs, remedy: None }
     }
 
-    fn costs(what: &'static str, found: impl Into<String>, costs: &'static str, remedy: Option<String>) -> Self {
+    /// An unfavourable setting.
+    pub fn costs(what: &'static str, found: impl Into<String>, costs: &'static str, remedy: Option<String>) -> Self {
         Finding { what, found: found.into(), verdict: Verdict::Costs, costs, remedy }
     }
 
-    fn unknown(what: &'static str, costs: &'static str) -> Self {
-        Finding { what, found: "not reported by the system".into(), verdict: Verdict::Unknown, costs, remedy: None }
+    /// A setting that the system does not report.
+    pub fn unknown(what: &'static str, costs: &'static str) -> Self {
+        Finding { what, found: NOT_REPORTED.into(), verdict: Verdict::Unknown, costs, remedy: None }
     }
 }
 

@@ -4,6 +4,7 @@ use super::{Files, Finding};
 use crate::setup::ThreadSetting;
 
 /// Bits of a set of capabilities.
+pub(super) const NET_RAW: u32 = 13;
 const IPC_LOCK: u32 = 14;
 const SYS_NICE: u32 = 23;
 
@@ -75,7 +76,7 @@ fn throttling(files: &Files) -> Finding {
 }
 
 /// Whether the process has a capability.
-fn capability(files: &Files, bit: u32) -> Option<bool> {
+pub(super) fn capability(files: &Files, bit: u32) -> Option<bool> {
     let status = files.read("proc/self/status")?;
     let set = status.lines().find_map(|line| line.strip_prefix("CapEff:"))?;
     Some(u64::from_str_radix(set.trim(), 16).ok()? >> bit & 1 == 1)

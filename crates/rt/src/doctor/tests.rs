@@ -3,7 +3,7 @@
 use super::*;
 
 /// A computer with these files.
-fn machine(files: &[(&str, &str)]) -> tempfile::TempDir {
+pub(super) fn machine(files: &[(&str, &str)]) -> tempfile::TempDir {
     let root = tempfile::tempdir().expect("a temporary folder");
     for (path, text) in files {
         let path = root.path().join(path);
