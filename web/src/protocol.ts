@@ -986,6 +986,22 @@ export type Data = {
   kind: "band"
   values: ([number | null, number | null, number | null])[]
 }
+/** State of a device. */
+export type DeviceStatus = {
+  /** AL state: `OP`, `SAFE-OP`, `PRE-OP`, `INIT`, `no answer`. */
+  al_state: string
+  /** State of a drive. */
+  drive: DriveStatus
+    | null
+  /** Its fault: error code and AL status code, with their meaning. */
+  fault: string | null
+  /** Name. */
+  name: string
+  /** Position in the segment, from 0. */
+  position: number
+  /** Role in the bench: `motor`, `load`, `accelerometer`; otherwise empty. */
+  role: string
+}
 /** A page of the generated signal-flow diagram. */
 export type DiagramPage = {
   /** The functions in C; called functions come first. */
@@ -1050,6 +1066,15 @@ export type Drawn = {
   shortages: SpeedRange[]
   /** Indices of the reference points that contradict the others and are not used. */
   strays: number[]
+}
+/** State of a drive after CiA 402. */
+export type DriveStatus = {
+  /** Error code (0x603F); 0: none. */
+  error: number
+  /** State in words: `operation enabled`. */
+  state: string
+  /** Statusword (0x6041). */
+  statusword: number
 }
 /** State of the target before the start of the program. */
 export type EarlierState = {
@@ -1217,6 +1242,15 @@ export type FlowWire = {
   signal: string
   /** The block that it enters. */
   to: string
+}
+/** Places of frames in the cycle of SYNC0; positive: after the middle between two pulses. */
+export type FrameOffset = {
+  /** Largest. */
+  maximum: number
+  /** Smallest. */
+  minimum: number
+  /** Root of the mean square. */
+  rms: number
 }
 /** A handle on the curve. */
 export type Grip = {
@@ -1883,6 +1917,29 @@ export type RunEvent = {
   /** In a few words. */
   what: string
 }
+/** State of a fieldbus segment. Times in seconds. */
+export type SegmentStatus = {
+  /** Working counter of the last frame that returned. */
+  counter: number
+  /** Its devices, in their order. */
+  devices: DeviceStatus[]
+  /** Distance from that middle: median, 99th and 99.9th percentile, largest; at most half a period. */
+  distance: [number, number, number, number]
+  /** Expected working counter. */
+  expected: number
+  /** Number of frames with process data. */
+  frames: number
+  /** The same in the last second. */
+  last_second: FrameOffset
+  /** Of these, frames that did not return in time. */
+  lost: number
+  /** Place of the frames relative to the middle between two pulses of SYNC0, since the start. */
+  offset: FrameOffset
+  /** Time from sending to receiving a frame, likewise. */
+  round_trip: [number, number, number, number]
+  /** Of these, frames with another working counter than expected. */
+  wrong: number
+}
 /** Values with a role and a name. Values that are not finite or beyond 1e15 are omitted; a line has a gap there. */
 export type Series = {
   /** A dashed line, for any role. */
@@ -2018,6 +2075,9 @@ export type Status = {
   redo: boolean
   /** Whether the load motor renders the desired friction. */
   render: boolean
+  /** State of the segment, if the machine is on a fieldbus. */
+  segment?: SegmentStatus
+    | null
   /** `off`, `homing`, `ready`, `running`, `stopping`, `fault`, or `ended` after the end of the loop. */
   state: string
   /** Whether a change can be undone. */

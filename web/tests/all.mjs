@@ -27,6 +27,7 @@ const waiting = [
   'ratios',
   'small',
   'external-controller',
+  'segment',
 ]
 
 /** Runs a test and prints its output when it has ended. Returns whether it passed. */

@@ -11,6 +11,7 @@ use stickslip_software::supervise::MachineFault;
 
 use super::Injection;
 use super::remote::{LinkFault, Traffic};
+use super::segment::Segment;
 use stickslip_base::{Error, Preset};
 
 /// A machine behind converters and counters: in this process, in another process, or physical.
@@ -52,6 +53,11 @@ pub trait Io {
 
     /// Traffic on the link to the machine, if there is one.
     fn traffic(&self) -> Option<Arc<Traffic>> {
+        None
+    }
+
+    /// State of the segment of a fieldbus, if the machine is on one.
+    fn segment(&self) -> Option<Arc<Segment>> {
         None
     }
 
@@ -128,6 +134,10 @@ impl Io for Box<dyn Io + Send> {
 
     fn traffic(&self) -> Option<Arc<Traffic>> {
         (**self).traffic()
+    }
+
+    fn segment(&self) -> Option<Arc<Segment>> {
+        (**self).segment()
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {

@@ -41,6 +41,7 @@ mod lockstep;
 pub mod realtime;
 pub mod remote;
 pub mod run;
+pub mod segment;
 mod servo;
 mod speed_ramp;
 pub mod tap;

@@ -6,19 +6,22 @@ use std::sync::{Arc, Mutex};
 use super::lock;
 use super::protocol::XcpStatus;
 use crate::xcp::a2l::Doors;
+use stickslip_bench::ClockedBench;
 use stickslip_bench::remote::{Counts, Traffic};
+use stickslip_bench::segment::{Segment, SegmentStatus};
 
 /// The links.
 pub(super) struct Links {
     /// Seed of the noise, for the virtual machine in this process.
     pub(super) seed: Option<u64>,
     traffic: Option<Arc<Traffic>>,
+    segment: Option<Arc<Segment>>,
     xcp: Mutex<Vec<XcpStatus>>,
 }
 
 impl Links {
-    pub(super) fn new(seed: Option<u64>, traffic: Option<Arc<Traffic>>) -> Self {
-        Links { seed, traffic, xcp: Mutex::default() }
+    pub(super) fn new(seed: Option<u64>, bench: &ClockedBench) -> Self {
+        Links { seed, traffic: bench.traffic(), segment: bench.segment(), xcp: Mutex::default() }
     }
 
     /// Whether the machine is the virtual one in this process: faults can be injected into it.
@@ -29,6 +32,11 @@ impl Links {
     /// Counters of the link to the machine, if it is in another process.
     pub(super) fn counts(&self) -> Option<Counts> {
         self.traffic.as_ref().map(|traffic| traffic.counts())
+    }
+
+    /// State of the segment, if the machine is on a fieldbus.
+    pub(super) fn segment(&self) -> Option<SegmentStatus> {
+        self.segment.as_ref().map(|segment| segment.status())
     }
 
     /// The addresses for measurement and calibration tools.

@@ -127,7 +127,7 @@ impl Live {
             health: Health::new(bench.histograms()),
             implementation: Implementation::new(&start.project.join("build"), target),
             controller: ControllerDesign::default(),
-            links: Links::new(start.virtual_seed(), bench.traffic()),
+            links: Links::new(start.virtual_seed(), &bench),
             closed: AtomicBool::new(false),
         });
         if let (Some(writer), Some(path)) = (writer, &start.record) {

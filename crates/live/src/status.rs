@@ -48,6 +48,7 @@ impl Live {
                 lost: newest.lost,
             },
             link: links.counts(),
+            segment: links.segment(),
             recording,
             recorded,
             measurement_record: recorder.measurement(rate),

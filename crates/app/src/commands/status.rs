@@ -144,6 +144,8 @@ fn page(status: &Status) -> String {
         let ticks = format!("{answered} ticks answered, {missing} missing; {late} answers late, {doubled} doubled");
         lines.push(("link", format!("{ticks}, {garbled} garbled; started {begun} times")));
     }
+    let segment = status.segment.iter().flat_map(|segment| segment.lines());
+    lines.extend(segment.map(|line| ("segment", line)));
     if let Some(loaded) = &status.loaded {
         let LoadedStatus { role, name, kind, file, hash, failed, calls, call, budget, over_budget, .. } = loaded;
         let failure = if *failed { ", failed: correct it, then run `stickslip bench open-again`" } else { "" };
@@ -164,6 +166,7 @@ fn page(status: &Status) -> String {
 
 #[cfg(test)]
 mod tests {
+    use stickslip::bench::segment::SegmentStatus;
     use stickslip::live::protocol::Ended;
 
     use super::*;
@@ -184,6 +187,8 @@ mod tests {
         };
         status.xcp = vec![door("udp", Some("127.0.0.1:40000")), door("tcp", None)];
         status.link = Some(Counts { missing: 3, begun: 2, ..Counts::default() });
+        status.segment =
+            Some(SegmentStatus { counter: 6, expected: 7, lost: 2, frames: 9, ..SegmentStatus::default() });
         status.recording = Some("run.mf4".into());
         status.recorded = Some(Recorded { from: 4000, length: 2.55, bytes: 1_234_567, lost: 3 });
         status.not_entered = Some("the disk is full".into());
@@ -195,6 +200,7 @@ mod tests {
             "tcp 127.0.0.1:5555: no master, 3 rows",
             "0 ticks answered, 3 missing",
             "started 2 times",
+            "working counter 6 of 7; 2 of 9 frames lost",
             "running: too fast",
             "sine: moving, 50 %",
             "home: no index",

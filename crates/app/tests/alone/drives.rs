@@ -2,11 +2,13 @@
 //! virtual interfaces, in a network namespace that ends with the test.
 #![expect(clippy::unwrap_used, reason = "tests")]
 
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use serde_json::Value;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_stickslip");
 /// Set in the namespace.
@@ -88,6 +90,9 @@ fn inside() {
     for part in ["0  stickslip drive motor", "1  stickslip load motor", "csp, csv, cst", "drive motor at position 0"] {
         assert!(scan.contains(part), "{scan}");
     }
+    let doctor = text(&program(&["doctor", "--io", "ethercat:ec1", "--seconds", "0.3", "--rate", "1000"]));
+    let devices = "EtherCAT devices (stickslip drive motor, stickslip load motor, stickslip emulated input)";
+    assert!(doctor.contains(devices) && doctor.contains("raw sockets (permitted)"), "{doctor}");
     let refused = text(&program(&["serve", "--io", "ethercat:ec1", "--seconds", "1", "--project", &project]));
     assert!(refused.contains("--set bench.torque_amplifier=true"), "{refused}");
     let refused = text(&program(&["measure", "breakaway", "--io", "ethercat:ec1"]));
@@ -104,8 +109,8 @@ fn inside() {
 fn is_homed(project: &str, drives: &Path) -> bool {
     let io = format!("ethercat:ec1,{}", drives.display());
     let mut serve = Command::new(PROGRAM);
-    serve.args(["serve", "--listen", "127.0.0.1:0", "--quiet", "--project", project, "--io", &io]);
-    serve.args(SETTINGS.iter().flat_map(|setting| ["--set", setting])).stdin(Stdio::null()).stdout(Stdio::null());
+    serve.args(["serve", "--listen", "127.0.0.1:0", "--json", "--project", project, "--io", &io]);
+    serve.args(SETTINGS.iter().flat_map(|setting| ["--set", setting])).stdin(Stdio::null()).stdout(Stdio::piped());
     let mut serve = Running(serve.spawn().unwrap());
     let (start, file) = (Instant::now(), Path::new(project).join("serve.json"));
     while !file.exists() {
@@ -118,8 +123,27 @@ fn is_homed(project: &str, drives: &Path) -> bool {
     let homed = program(&["bench", "home", "--project", project]);
     let status = text(&program(&["status", "--project", project]));
     println!("{}{status}", text(&homed));
+    assert!(status.contains("segment    0 stickslip drive motor (motor): OP"), "{status}");
     let off = program(&["bench", "off", "--project", project]);
     assert!(Command::new("kill").args(["-INT", &serve.0.id().to_string()]).status().unwrap().success());
     assert!(serve.0.wait().unwrap().code().is_some(), "it ends by itself");
+    check_summary(serve.0.stdout.take().unwrap());
     homed.status.success() && off.status.success()
+}
+
+/// Checks the segment in the summary.
+fn check_summary(mut output: impl Read) {
+    let mut text = String::new();
+    output.read_to_string(&mut text).unwrap();
+    let summary: Value = serde_json::from_str(text.split_once('\n').unwrap().1).unwrap();
+    let value = |name: &str| summary["results"][name]["value"].as_f64().unwrap_or_else(|| panic!("{name} in {text}"));
+    assert!(value("segment.frames") > 500.0 && value("segment.lost") <= value("segment.frames"));
+    assert_eq!(value("segment.expected_counter"), 7.0);
+    for name in ["frame_distance", "frame_round_trip"] {
+        let [median, .., largest] = ["p50", "p99", "p999", "max"].map(|part| value(&format!("timing.{name}.{part}")));
+        assert!(0.0 < median && median <= largest, "{name}: {median} {largest}");
+    }
+    let rows: Vec<_> = summary["rows"].as_array().unwrap().iter().map(|row| (&row["role"], &row["name"])).collect();
+    assert_eq!(rows[1], (&"load".into(), &"stickslip load motor".into()));
+    assert_eq!((rows.len(), &summary["rows"][0]["al_state"]), (3, &"OP".into()));
 }

@@ -37,6 +37,7 @@ pub use timing_report::{TimingReport, refusals};
 use super::io::{Io, check_preload};
 use super::lockstep::SETTLING;
 use super::remote::{Address, Paced, Traffic};
+use super::segment::Segment;
 use super::tap::{ChangeKind, Changed, Tap};
 use super::{Bench, InProcess, Injection};
 use crate::BenchError;
@@ -96,6 +97,7 @@ pub struct ClockedBench {
     urgent: Option<ImmediateChanges>,
     keyframes: Option<Keyframes>,
     traffic: Option<Arc<Traffic>>,
+    segment: Option<Arc<Segment>>,
 }
 
 impl ClockedBench {
@@ -143,7 +145,7 @@ impl ClockedBench {
         let Preset { model, bench: settings, .. } = preset;
         let lead = (LEAD * settings.tick_rate).ceil().max(16.0) as usize;
         let (rings, rings_of_loop) = rings(lead);
-        let (preload, traffic) = (machine.preload(), machine.traffic());
+        let (preload, traffic, segment) = (machine.preload(), machine.traffic(), machine.segment());
         // A virtual machine waits: it ends only if it is too slow for its rate.
         let (stop_after, wait) = if machine.waits() { (PATIENCE, WAIT) } else { (HARDWARE_PATIENCE, 0.0) };
         let waited = Arc::new(AtomicU64::new(0));
@@ -168,7 +170,7 @@ impl ClockedBench {
             keyframes: keyframe_responder,
         };
         let (running, timings) = start(cycle, settings, stop_after, thread_settings)?;
-        let (histograms, collector) = collect(timings);
+        let (histograms, collector) = collect(timings, segment.clone());
         Ok(ClockedBench {
             model: *model,
             settings: *settings,
@@ -196,12 +198,18 @@ impl ClockedBench {
             urgent: Some(urgent),
             keyframes: Some(keyframes),
             traffic,
+            segment,
         })
     }
 
     /// Traffic on the link to the machine, if there is one.
     pub fn traffic(&self) -> Option<Arc<Traffic>> {
         self.traffic.clone()
+    }
+
+    /// State of the segment of a fieldbus, if the machine is on one.
+    pub fn segment(&self) -> Option<Arc<Segment>> {
+        self.segment.clone()
     }
 
     /// Immediate changes; `None` after the first call.
@@ -328,7 +336,8 @@ impl ClockedBench {
         self.collector.take()?.join().ok()?;
         let histograms = self.histograms.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let waited = self.waited.load(Ordering::Relaxed);
-        Some(TimingReport { summary, histograms, waited, granted })
+        let segment = self.segment.map(|segment| segment.status());
+        Some(TimingReport { summary, histograms, waited, granted, segment })
     }
 
     /// Sends an entry, or stages it until there is a lead of commands.
@@ -489,7 +498,7 @@ fn start(
 }
 
 /// Histograms of the timings, and the thread that fills them until the end of the loop.
-fn collect(mut timings: Timings) -> (Arc<Mutex<Histograms>>, JoinHandle<()>) {
+fn collect(mut timings: Timings, segment: Option<Arc<Segment>>) -> (Arc<Mutex<Histograms>>, JoinHandle<()>) {
     let histograms = Arc::new(Mutex::new(Histograms::new(timings.blocks())));
     let collected = histograms.clone();
     let collector = thread::spawn(move || {
@@ -497,6 +506,7 @@ fn collect(mut timings: Timings) -> (Arc<Mutex<Histograms>>, JoinHandle<()>) {
             // Checked before the records are taken, so that the last ones are included.
             let last = timings.is_closed();
             collected.lock().unwrap_or_else(PoisonError::into_inner).take(&mut timings);
+            segment.iter().for_each(|segment| segment.collect());
             if last {
                 return;
             }

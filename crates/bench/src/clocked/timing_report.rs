@@ -3,6 +3,7 @@
 use stickslip_rt::{Granted, Histograms, Overrun, Quantiles, Summary as Executed};
 
 use super::cycle::BLOCKS;
+use crate::segment::SegmentStatus;
 use stickslip_base::Summary;
 use stickslip_base::report::{Cell, Table};
 
@@ -17,12 +18,14 @@ pub struct TimingReport {
     pub waited: u64,
     /// Granted and refused thread settings.
     pub granted: Granted,
+    /// State of the segment at the end, if the machine is on a fieldbus.
+    pub segment: Option<SegmentStatus>,
 }
 
 const QUANTILES: [&str; 4] = ["p50", "p99", "p999", "max"];
 
 impl TimingReport {
-    /// Name, label, and p50, p99, p99.9 and maximum [s] of lateness, whole cycle and blocks.
+    /// Name, label, and p50, p99, p99.9 and maximum [s] of lateness, whole cycle, blocks and frames.
     fn distributions(&self) -> Vec<(String, String, [f64; 4])> {
         let seconds = |q: Quantiles| [q.p50, q.p99, q.p999, q.max].map(|nanoseconds| nanoseconds as f64 * 1e-9);
         let mut all = vec![
@@ -33,6 +36,10 @@ impl TimingReport {
         all.extend(
             blocks.map(|(block, spent)| (block.name.into(), format!("of which {}", block.name), seconds(spent))),
         );
+        if let Some(segment) = &self.segment {
+            all.push(("frame_distance".into(), "frame from the middle between two SYNC0".into(), segment.distance));
+            all.push(("frame_round_trip".into(), "frame from sending to receiving".into(), segment.round_trip));
+        }
         all
     }
 
@@ -49,6 +56,7 @@ impl TimingReport {
                 summary.result(&format!("timing.{name}.{quantile}"), value, "s");
             }
         }
+        self.segment.iter().for_each(|segment| segment.add_to(summary));
     }
 
     /// Table of lateness and durations.

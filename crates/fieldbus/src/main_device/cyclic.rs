@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use ethercrab::subdevice_group::{CycleInfo, Op, SafeOp};
 use ethercrab::{MainDevice, SubDeviceState, TxRxResponse};
 use stickslip_bench::ServoSignals;
+use stickslip_bench::segment::FrameRecord;
 use stickslip_software::supervise::MachineFault;
 
 use super::bring_up::{DEVICES, Group, step};
@@ -55,14 +56,14 @@ pub(crate) struct Analogue {
 
 /// The devices in OP.
 pub(crate) struct Cyclic<'a> {
-    main: &'a MainDevice<'a>,
+    pub(super) main: &'a MainDevice<'a>,
     wire: Wire<'a>,
-    group: Group<Op>,
-    drives: [Drive; 2],
-    analogue: Option<Analogue>,
+    pub(super) group: Group<Op>,
+    pub(super) drives: [Drive; 2],
+    pub(super) analogue: Option<Analogue>,
     period: Duration,
     /// Expected working counter.
-    due: u16,
+    pub(super) due: u16,
     /// Limit of the cycles for switching on or off, and cycles since the drives are to be on.
     patience: u32,
     waiting: u32,
@@ -74,6 +75,8 @@ pub(crate) struct Cyclic<'a> {
     retry: Instant,
     /// Time of the reference clock at the last frame [ns].
     pub(crate) clock: Option<u64>,
+    /// The last frame, for viewers.
+    pub(crate) record: FrameRecord,
 }
 
 impl<'a> Cyclic<'a> {
@@ -127,6 +130,7 @@ impl<'a> Cyclic<'a> {
             left: None,
             retry: Instant::now(),
             clock: None,
+            record: FrameRecord::default(),
         })
     }
 
@@ -144,17 +148,20 @@ impl<'a> Cyclic<'a> {
             }
         }
         let cycle = self.group.tx_rx_dc(self.main);
+        let sent = Instant::now();
         let response = self.wire.run_within(cycle, self.period.mul_f64(LOST)).and_then(Result::ok);
         let Some(response) = response else {
-            self.clock = None;
+            (self.clock, self.record.round_trip) = (None, None);
             return Answer::Lost;
         };
+        self.record.round_trip = u32::try_from(sent.elapsed().as_nanos()).ok();
+        self.note(&response);
         self.clock = Some(response.extra.dc_system_time);
         let left = |state: &SubDeviceState| !matches!(state, SubDeviceState::Op | SubDeviceState::None);
         if let Some(position) = response.subdevice_states.iter().position(left) {
             return Answer::Failed(self.left_operation(position));
         }
-        self.left = None;
+        (self.left, self.record.left) = (None, None);
         if response.working_counter != self.due {
             let (counter, due) = (response.working_counter, self.due);
             return Answer::Failed(MachineFault::WorkingCounter { counter, due });
@@ -219,6 +226,7 @@ impl<'a> Cyclic<'a> {
         let _ = self.wire.run_within(acknowledge, QUESTION);
         let (error, status) = (error.unwrap_or(0), status.unwrap_or(0));
         let fault = MachineFault::Device { position: position as u16, error, status };
+        self.record.left = Some((position as u16, status));
         // The first cause counts.
         self.failed.get_or_insert(fault);
         *self.left.get_or_insert(fault)

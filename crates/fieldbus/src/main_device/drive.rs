@@ -1,5 +1,7 @@
 //! A drive in the cycle: its outputs and inputs.
 
+use stickslip_bench::segment::DriveRecord;
+
 use super::error::MainDeviceError;
 use super::image::{Layout, Place};
 use super::power::{Power, State};
@@ -121,6 +123,13 @@ impl Drive {
             torque: f64::from(self.units.sign * self.actual_torque.signed(bytes)) * self.units.torque,
             error: self.error.map_or(0, |place| place.unsigned(bytes) as u16),
         }
+    }
+
+    /// The state in the inputs, for viewers.
+    pub(crate) fn record(&self, bytes: &[u8]) -> DriveRecord {
+        let statusword = self.statusword.unsigned(bytes) as u16;
+        let error = self.error.map_or(0, |place| place.unsigned(bytes) as u16);
+        DriveRecord { statusword, state: State::of(statusword).name(), error }
     }
 
     /// Whether it follows torques.

@@ -16,6 +16,7 @@ use ethercrab::{MainDevice, MainDeviceConfig, RetryBehaviour, Timeouts};
 use rtrb::{Consumer, Producer, RingBuffer};
 use stickslip_base::{Error, Preset};
 use stickslip_bench::remote::{Event, LinkFault, Traffic};
+use stickslip_bench::segment::Segment;
 use stickslip_bench::{Arrival, BenchError, Io, ServoScaling};
 use stickslip_core::tick::Measurement;
 use stickslip_software::cycle::Voltages;
@@ -54,6 +55,7 @@ pub struct ServoDrives {
     preload: f64,
     shift: Arc<AtomicI64>,
     traffic: Arc<Traffic>,
+    segment: Arc<Segment>,
 }
 
 /// Opens servo drives at `INTERFACE` or `INTERFACE,FILE`, with the parameters of a preset. Returns the readings at rest.
@@ -83,8 +85,8 @@ pub fn open(preset: &Preset<f64>, address: &str) -> Result<(Box<dyn Io + Send>, 
         interface: interface.into(),
         reason: format!("the system cannot start a thread ({error})"),
     })?;
-    let signals = match start.recv() {
-        Ok(Ok(Answer::Signals(signals, _))) => signals,
+    let (signals, segment) = match start.recv() {
+        Ok(Ok((Answer::Signals(signals, _), segment))) => (signals, Arc::new(segment)),
         Ok(Err(error)) => return Err(failed(error)),
         _ => {
             let remedy = "Check the cable, and that no other main device uses the interface.";
@@ -106,6 +108,7 @@ pub fn open(preset: &Preset<f64>, address: &str) -> Result<(Box<dyn Io + Send>, 
         preload: 1.0,
         shift,
         traffic,
+        segment,
     };
     Ok((Box::new(drives), readings))
 }
@@ -182,7 +185,7 @@ fn exchange(
     mut steering: Steering,
     mut outputs: Consumer<Outputs>,
     mut answers: Producer<Answer>,
-    started: &mpsc::Sender<Result<Answer, MainDeviceError>>,
+    started: &mpsc::Sender<Result<(Answer, Segment), MainDeviceError>>,
 ) {
     // Without the permission it is an ordinary thread, as the tick is then.
     let _ = raise_priority(PRIORITY);
@@ -201,7 +204,9 @@ fn exchange(
         };
         let first = (0..20).map(|_| cyclic.exchange(Outputs::default()));
         let first = first.filter(|answer| matches!(answer, Answer::Signals(..))).last();
-        if started.send(Ok(first.unwrap_or(Answer::Lost))).is_err() || first.is_none() {
+        let (devices, counter) = cyclic.segment();
+        let (segment, mut viewers) = Segment::new(devices, counter, plan.period.as_secs_f64());
+        if started.send(Ok((first.unwrap_or(Answer::Lost), segment))).is_err() || first.is_none() {
             return cyclic.shut_down();
         }
         let (mut last, mut silent, mut has_begun) = (Outputs::default(), 0_u32, false);
@@ -213,10 +218,12 @@ fn exchange(
                 last.torques = [0.0; 2];
             }
             let answer = cyclic.exchange(last);
-            if let (true, Some(time)) = (is_new, cyclic.clock) {
-                steering.follow(time);
-            }
+            cyclic.record.offset = match (is_new, cyclic.clock) {
+                (true, Some(time)) => i32::try_from(steering.follow(time)).ok(),
+                _ => None,
+            };
             if has_begun {
+                viewers.push(cyclic.record);
                 // After missed ticks the newest readings count. A full ring means that the tick has stopped.
                 let _ = answers.push(answer);
             }
@@ -337,6 +344,10 @@ impl Io for ServoDrives {
 
     fn traffic(&self) -> Option<Arc<Traffic>> {
         Some(self.traffic.clone())
+    }
+
+    fn segment(&self) -> Option<Arc<Segment>> {
+        Some(self.segment.clone())
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {

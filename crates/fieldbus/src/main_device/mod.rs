@@ -12,6 +12,7 @@ mod machine;
 mod power;
 mod probe;
 mod profile;
+mod record;
 mod scan;
 mod steering;
 mod units;

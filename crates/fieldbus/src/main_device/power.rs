@@ -14,6 +14,20 @@ pub(crate) enum State {
 }
 
 impl State {
+    /// Its name.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            State::NotReady => "not ready to switch on",
+            State::SwitchOnDisabled => "switch on disabled",
+            State::ReadyToSwitchOn => "ready to switch on",
+            State::SwitchedOn => "switched on",
+            State::OperationEnabled => "operation enabled",
+            State::QuickStop => "quick stop active",
+            State::FaultReaction => "fault reaction active",
+            State::Fault => "fault",
+        }
+    }
+
     /// The state of a statusword.
     pub(crate) fn of(status: u16) -> Self {
         match (status & 0x4F, status & 0x6F) {

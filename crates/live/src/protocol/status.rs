@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fault::FaultStatus;
 use stickslip_bench::remote::Counts;
+use stickslip_bench::segment::SegmentStatus;
 
 /// Status of the running bench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -57,6 +58,9 @@ pub struct Status {
     /// Counters of the link to the machine, if it is in another process.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<Counts>,
+    /// State of the segment, if the machine is on a fieldbus.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub segment: Option<SegmentStatus>,
     /// The recorded file, or why the recording broke off.
     pub recording: Option<String>,
     /// Amount of recorded data, also of a recording that broke off.
