@@ -34,7 +34,7 @@ mod socket;
 mod tests;
 
 pub use device::{DRIVE_PRODUCT, TERMINAL_PRODUCT, VENDOR};
-pub use drive::DriveSheet;
+pub use drive::{DriveSheet, FIXED_MAPPING};
 pub use machine::{Machine, Readings, Rotors, Shaft};
 pub use scanned::{MAIN_DEVICE, MainDeviceFunctions, ScannedDevice};
 pub use segment::{Counters, Segment};

@@ -50,6 +50,10 @@ struct SegmentOptions {
     /// Number of analogue inputs; the first has the accelerometer, the others read zero.
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "io", value_parser = clap::value_parser!(u8).range(0..=4))]
     analog: u8,
+    /// The process data of the drives cannot be mapped: they have gaps, a torque limit and set-points of other modes, and
+    /// no touch probe.
+    #[arg(long, conflicts_with = "io")]
+    fixed_mapping: bool,
     /// Delay of the torque in cycles.
     #[arg(long, value_name = "CYCLES", default_value_t = 0, conflicts_with = "io", value_parser = clap::value_parser!(u8).range(0..=64))]
     torque_delay: u8,

@@ -148,6 +148,8 @@ enum Value {
 /// The dictionary of a device with its values.
 #[derive(Debug)]
 pub(crate) struct Objects {
+    /// Whether mapping and assignment of process data cannot be written.
+    pub(crate) is_fixed: bool,
     table: Vec<(Object, Vec<Value>)>,
 }
 
@@ -161,7 +163,7 @@ impl Objects {
         let values = |object: &Object| (*object, object.entries.iter().map(initial).collect());
         let mut table: Vec<_> = tables.iter().copied().flatten().map(values).collect();
         table.sort_by_key(|(object, _)| object.index);
-        Objects { table }
+        Objects { is_fixed: false, table }
     }
 
     /// The objects in the order of their indices.
@@ -227,6 +229,7 @@ impl Objects {
         let entry = *self.entry(index, subindex)?;
         match entry.access {
             Access::Constant | Access::Signal => return Err(Abort::ReadOnly),
+            Access::Setup if self.is_fixed => return Err(Abort::ReadOnly),
             Access::Setup if state != State::PreOperational => return Err(Abort::State),
             _ => {}
         }

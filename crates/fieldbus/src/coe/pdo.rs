@@ -28,6 +28,17 @@ impl Direction {
     }
 }
 
+/// Replaces outputs and inputs of a drive, which cannot be written then.
+pub(crate) fn fix(objects: &mut Objects, [outputs, inputs]: [&[u32]; 2]) {
+    for (index, entries) in [(0x1600, outputs), (0x1A00, inputs)] {
+        objects.set(index, 0, entries.len() as i64);
+        for (at, entry) in (1..).zip(entries) {
+            objects.set(index, at, i64::from(*entry));
+        }
+    }
+    objects.is_fixed = true;
+}
+
 /// Index, subindex and length [bytes] of an entry of a process data object; index 0 is a gap.
 fn parts(entry: i64) -> (u16, u8, usize) {
     ((entry >> 16) as u16, (entry >> 8) as u8, (entry & 0xFF) as usize / 8)

@@ -6,7 +6,7 @@ mod supervision;
 use crate::coe::dictionary::{COMMON, DRIVE, NOTICE, NOTICE_TEXT, TERMINAL};
 use crate::coe::mailbox::{self, Mailbox};
 use crate::coe::object::Objects;
-use crate::coe::pdo::{Direction, Image};
+use crate::coe::pdo::{self, Direction, Image};
 use crate::drive::{Drive, DriveSheet};
 use crate::esc::clock::Clock;
 use crate::esc::eeprom::{Eeprom, Identity};
@@ -58,6 +58,7 @@ impl Device {
     pub(crate) fn drive(sheet: &DriveSheet, number: usize, place: (usize, usize)) -> Self {
         let mut objects = Objects::new(&[COMMON, DRIVE]);
         let function = Function::Drive(Drive::new(sheet, &mut objects));
+        sheet.fixed_mapping.into_iter().for_each(|mapping| pdo::fix(&mut objects, mapping));
         Device::new(objects, function, (&sheet.name, DRIVE_PRODUCT), number, place)
     }
 
@@ -90,7 +91,7 @@ impl Device {
         let [outputs, inputs] = [Direction::Outputs, Direction::Inputs].map(|it| Image::new(&objects, it));
         let lengths = [mailbox::SIZE, mailbox::SIZE, outputs.length(), inputs.length()];
         let managers: Vec<_> = (0..4).map(|at| (STARTS[at], lengths[at] as u16, CONTROLS[at], at as u8 + 1)).collect();
-        let described = |manager, direction: Direction| crate::coe::pdo::described(&objects, manager, direction);
+        let described = |manager, direction: Direction| pdo::described(&objects, manager, direction);
         let eeprom = Eeprom::new(
             &identity,
             name,

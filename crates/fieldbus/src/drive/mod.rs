@@ -40,7 +40,15 @@ pub struct DriveSheet {
     pub velocity_gain: f64,
     /// Gain of the position control [1/s].
     pub position_gain: f64,
+    /// Entries of outputs and inputs that a main device cannot change, up to eight each; `None`: it can map objects.
+    pub fixed_mapping: Option<[&'static [u32]; 2]>,
 }
+
+/// A fixed mapping of torque drives: with gaps, a torque limit, and set-points of other modes; without touch probe.
+pub const FIXED_MAPPING: [&[u32]; 2] = [
+    &[0x6040_0010, 0x6060_0008, 0x0000_0008, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6072_0010],
+    &[0x603F_0010, 0x6041_0010, 0x6061_0008, 0x0000_0008, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x60F4_0020],
+];
 
 impl DriveSheet {
     /// Sheets of drive motor and load motor for these ratings; `inertia` is that of the whole shaft [kg m²].
@@ -67,6 +75,7 @@ impl Default for DriveSheet {
             counts_per_revolution: 65_536,
             velocity_gain: 0.1,
             position_gain: 20.0,
+            fixed_mapping: None,
         }
     }
 }

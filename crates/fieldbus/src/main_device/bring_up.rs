@@ -9,7 +9,8 @@ use ethercrab::{DcSync, DefaultLock, MainDevice, SubDeviceGroup};
 
 use super::drive::{Drive, TORQUE_MODE};
 use super::error::MainDeviceError;
-use super::profile::{Pdo, Profile, StartUp};
+use super::mapping::{Mapping, map};
+use super::profile::{Profile, StartUp};
 use super::units::{Device, Expected, Units};
 
 /// Most devices, and bytes of process data.
@@ -40,7 +41,7 @@ pub(crate) fn step(step: impl Into<String>, remedy: &'static str) -> impl FnOnce
 }
 
 const SCAN: &str = "Check the cable, that the devices have supply, and that no other main device uses the interface.";
-const OBJECTS: &str = "Compare the profile with the manual of the drive.";
+pub(crate) const OBJECTS: &str = "Compare the profile with the manual of the drive.";
 const STATES: &str = "See the messages of the drive and the AL status code in its manual.";
 
 /// Finds all devices and brings them to PRE-OP.
@@ -69,8 +70,8 @@ pub(crate) async fn prepare(
         }
         let units = Units::read(&device, profile, expected.torque_constant).await?;
         units.check(position, expected)?;
-        drives.push(Drive::new(profile, units)?);
-        configure(&device, profile, plan).await?;
+        let mapping = configure(&device, profile, plan).await?;
+        drives.push(Drive::new(position, &mapping, units)?);
     }
     for (position, mut device) in group.iter_mut(main).enumerate() {
         if plan.profiles.iter().any(|profile| usize::from(profile.position) == position) {
@@ -96,7 +97,7 @@ pub(crate) async fn prepare(
 }
 
 /// Start-up list, mode, process data and watchdog of a drive.
-async fn configure(device: &Device<'_, '_>, profile: &Profile, plan: &Plan) -> Result<(), MainDeviceError> {
+async fn configure(device: &Device<'_, '_>, profile: &Profile, plan: &Plan) -> Result<Mapping, MainDeviceError> {
     let position = profile.position;
     let failed = |what: String| step(format!("device {position}, {what}"), OBJECTS);
     for entry in &profile.start {
@@ -122,23 +123,11 @@ async fn configure(device: &Device<'_, '_>, profile: &Profile, plan: &Plan) -> R
     for synchronisation in [0x1C32, 0x1C33] {
         let _ = device.sdo_write(synchronisation, 1, 2_u16).await;
     }
-    for (assignment, pdos) in [(0x1C12, &profile.outputs), (0x1C13, &profile.inputs)] {
-        map(device, assignment, pdos).await.map_err(failed(format!("mapping 0x{assignment:04X}")))?;
-    }
+    let mapping = map(device, profile).await?;
     if let Some(time) = plan.watchdog {
         // With the usual divider, in 100 µs.
         let units = (time * 1e4).round() as u16;
         device.register_write(0x0420_u16, units).await.map_err(failed("watchdog".into()))?;
     }
-    Ok(())
-}
-
-/// Writes mapping and assignment of process data objects.
-async fn map(device: &Device<'_, '_>, assignment: u16, pdos: &[Pdo]) -> Result<(), Error> {
-    device.sdo_write(assignment, 0, 0_u8).await?;
-    for pdo in pdos.iter().filter(|pdo| !pdo.fixed) {
-        device.sdo_write_array(pdo.index, &pdo.entries).await?;
-    }
-    let indices: Vec<u16> = pdos.iter().map(|pdo| pdo.index).collect();
-    device.sdo_write_array(assignment, indices).await
+    Ok(mapping)
 }

@@ -4,9 +4,9 @@ use stickslip_bench::segment::DriveRecord;
 
 use super::error::MainDeviceError;
 use super::image::{Layout, Place};
+use super::mapping::Mapping;
 use super::power::{Power, State};
 use super::probe::{Probe, Revolutions};
-use super::profile::Profile;
 use super::units::Units;
 
 /// Cyclic synchronous torque mode.
@@ -32,6 +32,8 @@ pub(crate) struct Drive {
     actual_mode: Option<Place>,
     probe_status: Option<Place>,
     probe_position: Option<Place>,
+    /// Limits in the outputs, with their values.
+    limits: Vec<(Place, i32)>,
     power: Power,
     probe: Probe,
     revolutions: Revolutions,
@@ -55,30 +57,31 @@ pub(crate) struct Signals {
 }
 
 impl Drive {
-    /// A drive with this profile.
-    pub(crate) fn new(profile: &Profile, units: Units) -> Result<Self, MainDeviceError> {
-        let (outputs, inputs) = (Layout::new(&profile.outputs)?, Layout::new(&profile.inputs)?);
-        let due = |layout: &Layout, object: u16| {
-            let position = profile.position;
-            layout.find(object).ok_or(MainDeviceError::NotMapped { position, object })
-        };
+    /// A drive at a position with this process data.
+    pub(crate) fn new(position: u8, mapping: &Mapping, units: Units) -> Result<Self, MainDeviceError> {
+        let (outputs, inputs) = (Layout::new(&mapping.outputs), Layout::new(&mapping.inputs));
+        let due =
+            |layout: &Layout, object: u16| layout.find(object)?.ok_or(MainDeviceError::NotMapped { position, object });
+        let limits = mapping.limits.iter().map(|(object, value)| Ok((due(&outputs, *object)?, *value)));
+        let limits = limits.collect::<Result<_, MainDeviceError>>()?;
         Ok(Drive {
-            position: profile.position,
+            position,
             units,
             output_length: outputs.length,
             input_length: inputs.length,
             controlword: due(&outputs, 0x6040)?,
             torque: due(&outputs, 0x6071)?,
-            mode: outputs.find(0x6060),
-            probe_function: outputs.find(0x60B8),
+            mode: outputs.find(0x6060)?,
+            probe_function: outputs.find(0x60B8)?,
             statusword: due(&inputs, 0x6041)?,
             actual_position: due(&inputs, 0x6064)?,
             actual_velocity: due(&inputs, 0x606C)?,
             actual_torque: due(&inputs, 0x6077)?,
-            error: inputs.find(0x603F),
-            actual_mode: inputs.find(0x6061),
-            probe_status: inputs.find(0x60B9),
-            probe_position: inputs.find(0x60BA),
+            error: inputs.find(0x603F)?,
+            actual_mode: inputs.find(0x6061)?,
+            probe_status: inputs.find(0x60B9)?,
+            probe_position: inputs.find(0x60BA)?,
+            limits,
             power: Power::default(),
             probe: Probe::default(),
             revolutions: Revolutions::default(),
@@ -96,6 +99,7 @@ impl Drive {
         let limited = torque.round().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i32;
         self.torque.write(bytes, self.units.sign * limited);
         self.mode.into_iter().for_each(|place| place.write(bytes, TORQUE_MODE));
+        self.limits.iter().for_each(|(place, value)| place.write(bytes, *value));
         self.probe_function.into_iter().for_each(|place| place.write(bytes, self.function));
     }
 

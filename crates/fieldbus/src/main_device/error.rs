@@ -22,8 +22,15 @@ pub(crate) enum MainDeviceError {
         "the process data of the drive at position {position} has no object 0x{object:04X}. Add it to the profile."
     )]
     NotMapped { position: u8, object: u16 },
-    /// An entry of the mapping is not a whole number of bytes.
-    #[error("entry 0x{entry:08X} of the process data is not a whole number of bytes, up to 4. Correct the profile.")]
+    /// The drive refuses the mapping, and its own is not sufficient.
+    #[error(
+        "the drive at position {position} refuses the mapping of the profile ({reason}), and its own process data \
+         ({own}) lack {objects}. Assign other process data objects in the profile (fixed = true), or by the software of \
+         the drive."
+    )]
+    FixedMapping { position: u8, reason: String, own: String, objects: String },
+    /// An entry of the mapping is not on whole bytes.
+    #[error("entry 0x{entry:08X} of the process data is not on whole bytes, up to 4. Correct the mapping.")]
     Entry { entry: u32 },
     /// The process data of the device has another length.
     #[error(

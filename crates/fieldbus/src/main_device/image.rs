@@ -39,31 +39,32 @@ impl Place {
 /// The objects in the outputs or inputs of a device.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
-    places: Vec<(u32, Place)>,
+    /// Entry and first bit.
+    places: Vec<(u32, usize)>,
     /// Length of all [bytes].
     pub(crate) length: usize,
 }
 
 impl Layout {
     /// The layout of these process data objects.
-    pub(crate) fn new(pdos: &[Pdo]) -> Result<Self, MainDeviceError> {
-        let mut layout = Layout { places: Vec::new(), length: 0 };
-        for &entry in pdos.iter().flat_map(|pdo| &pdo.entries) {
-            let bits = (entry & 0xFF) as usize;
-            let is_gap = entry >> 16 == 0;
-            if !bits.is_multiple_of(8) || bits == 0 || bits > 32 && !is_gap {
-                return Err(MainDeviceError::Entry { entry });
-            }
-            layout.places.push((entry >> 8, Place { byte: layout.length, length: bits / 8 }));
-            layout.length += bits / 8;
+    pub(crate) fn new(pdos: &[Pdo]) -> Self {
+        let (mut places, mut bits) = (Vec::new(), 0);
+        for entry in pdos.iter().flat_map(|pdo| &pdo.entries) {
+            places.push((*entry, bits));
+            bits += (entry & 0xFF) as usize;
         }
-        Ok(layout)
+        Layout { places, length: bits.div_ceil(8) }
     }
 
-    /// The place of an object with subindex 0.
-    pub(crate) fn find(&self, object: u16) -> Option<Place> {
+    /// The place of an object with subindex 0, if it is mapped.
+    pub(crate) fn find(&self, object: u16) -> Result<Option<Place>, MainDeviceError> {
         let key = u32::from(object) << 8;
-        self.places.iter().find(|(other, _)| *other == key).map(|(_, place)| *place)
+        let Some((entry, first)) = self.places.iter().find(|(entry, _)| entry >> 8 == key) else { return Ok(None) };
+        let bits = (entry & 0xFF) as usize;
+        if !bits.is_multiple_of(8) || !first.is_multiple_of(8) || !(8..=32).contains(&bits) {
+            return Err(MainDeviceError::Entry { entry: *entry });
+        }
+        Ok(Some(Place { byte: first / 8, length: bits / 8 }))
     }
 }
 
@@ -77,20 +78,25 @@ mod tests {
             Pdo { index: 0x1A00, entries: vec![0x6041_0010, 0x6061_0008, 0x0000_0008], fixed: false },
             Pdo { index: 0x1A01, entries: vec![0x6064_0020], fixed: false },
         ];
-        let layout = Layout::new(&pdos).unwrap();
+        let layout = Layout::new(&pdos);
+        let find = |object| layout.find(object).unwrap();
         let bytes = [0x37, 0x12, 10, 0, 0xFE, 0xFF, 0xFF, 0xFF];
-        assert_eq!((layout.length, layout.find(0x6077)), (8, None));
-        assert_eq!(layout.find(0x6041).unwrap().unsigned(&bytes), 0x1237);
-        assert_eq!(layout.find(0x6064).unwrap().signed(&bytes), -2);
-        assert_eq!(layout.find(0x6061).unwrap().signed(&bytes), 10);
+        assert_eq!((layout.length, find(0x6077)), (8, None));
+        assert_eq!(find(0x6041).unwrap().unsigned(&bytes), 0x1237);
+        assert_eq!(find(0x6064).unwrap().signed(&bytes), -2);
+        assert_eq!(find(0x6061).unwrap().signed(&bytes), 10);
         let mut out = bytes;
-        layout.find(0x6041).unwrap().write(&mut out, -2);
+        find(0x6041).unwrap().write(&mut out, -2);
         assert_eq!(out[..2], [0xFE, 0xFF]);
     }
 
     #[test]
-    fn bits_are_refused() {
-        let pdos = [Pdo { index: 0x1A00, entries: vec![0x6041_0001], fixed: false }];
-        assert_eq!(Layout::new(&pdos).unwrap_err(), MainDeviceError::Entry { entry: 0x6041_0001 });
+    fn bits_are_skipped_but_a_required_object_must_be_on_whole_bytes() {
+        let entries = vec![0x2000_0101, 0x0000_0007, 0x6064_0020, 0x2000_0204, 0x6041_0010, 0x2001_0040];
+        let layout = Layout::new(&[Pdo { index: 0x1A00, entries, fixed: true }]);
+        assert_eq!(layout.length, 16);
+        assert_eq!(layout.find(0x6064).unwrap(), Some(Place { byte: 1, length: 4 }));
+        assert_eq!(layout.find(0x6041).unwrap_err(), MainDeviceError::Entry { entry: 0x6041_0010 });
+        assert!(layout.find(0x2001).is_err() && layout.find(0x2002).unwrap().is_none());
     }
 }

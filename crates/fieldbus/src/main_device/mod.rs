@@ -9,6 +9,7 @@ mod drive;
 mod error;
 mod image;
 mod machine;
+mod mapping;
 mod power;
 mod probe;
 mod profile;

@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 
 use stickslip_base::preset::ControllerChoice;
 use stickslip_base::{Preset, Watch, parameters};
+use stickslip_bench::segment::SegmentStatus;
 use stickslip_bench::{Bench as _, Change, ClockedBench, Command, MachineWithDrives, Request, ThreadSettings, home};
 use stickslip_core::control::reference::Setpoint;
-use stickslip_fieldbus::{DriveSheet, MAIN_DEVICE, Machine, Readings, Segment, Server};
+use stickslip_fieldbus::{DriveSheet, FIXED_MAPPING, MAIN_DEVICE, Machine, Readings, Segment, Server};
 use stickslip_software::cycle::Frame;
 use stickslip_software::supervise::SafetyState;
 
@@ -90,11 +91,12 @@ impl Emulation {
 }
 
 /// Serves the emulated segment in the namespace of the test.
-fn with_emulation(run: impl FnOnce(&Preset<f64>, &Emulation, &str) + Send) {
+fn with_emulation(fixed_mapping: Option<[&'static [u32]; 2]>, run: impl FnOnce(&Preset<f64>, &Emulation, &str) + Send) {
     pair_of_interfaces();
     let preset = preset();
     let machine = MachineWithDrives::new(&preset, 1).unwrap();
-    let sheets = DriveSheet::of_bench(machine.ratings(), preset.plant.drive.inertia());
+    let mut sheets = DriveSheet::of_bench(machine.ratings(), preset.plant.drive.inertia());
+    sheets.iter_mut().for_each(|sheet| sheet.fixed_mapping = fixed_mapping);
     let velocity = Arc::<AtomicU64>::default();
     let (faults, requests) = mpsc::channel();
     let emulation = Emulation { faults, states: Mutex::default(), velocity: velocity.clone() };
@@ -172,7 +174,7 @@ fn the_bench_homes_turns_and_stops_with_two_servo_drives() {
     if !is_inside("bench::the_bench_homes_turns_and_stops_with_two_servo_drives") {
         return;
     }
-    with_emulation(|preset, emulation, address| {
+    with_emulation(None, |preset, emulation, address| {
         let all = |state: &str| emulation.wait(state, |this| this.states().iter().all(|other| *other == state));
         undisturbed(|| {
             let mut bench = bench(preset, address);
@@ -184,6 +186,9 @@ fn the_bench_homes_turns_and_stops_with_two_servo_drives() {
                 return Err(format!("the software missed {missed} ticks"));
             }
             check(&frames, bench.zero().unwrap());
+            let segment = bench.segment().unwrap().status();
+            println!("{}", segment.lines().join("\n"));
+            check_segment(&segment);
             bench.come_to_rest().map_err(|error| error.to_string())?;
             bench.change(Change::Request(Request::Off)).unwrap();
             emulation.comes_to_rest();
@@ -193,6 +198,22 @@ fn the_bench_homes_turns_and_stops_with_two_servo_drives() {
             Ok(())
         });
     });
+}
+
+/// Checks the state of the segment during a motion.
+fn check_segment(segment: &SegmentStatus) {
+    assert_eq!((segment.counter, segment.expected), (7, 7));
+    let devices: Vec<_> = segment.devices.iter().map(|device| (&device.name[..], &device.role[..])).collect();
+    let inputs = ("stickslip emulated input", "accelerometer");
+    assert_eq!(devices, [("stickslip drive motor", "motor"), ("stickslip load motor", "load"), inputs]);
+    assert!(segment.devices.iter().all(|device| device.al_state == "OP" && device.fault.is_none()), "{segment:?}");
+    for device in &segment.devices[..2] {
+        let drive = device.drive.as_ref().unwrap();
+        assert_eq!((&drive.state[..], drive.statusword & 0x6F), ("operation enabled", 0x27));
+    }
+    let [median, .., largest] = segment.distance;
+    assert!(segment.frames > 1500 && median < 0.2e-3 && largest <= 0.501e-3, "{segment:?}");
+    assert!(segment.offset.minimum < segment.offset.maximum && segment.last_second.rms < 0.5e-3, "{segment:?}");
 }
 
 /// Checks a motion at 20 rad/s by its medians, which stalls hardly change, on a machine with a friction of 0.18 N m and a little.
@@ -216,11 +237,45 @@ fn check(frames: &[Frame], zero: f64) {
 }
 
 #[test]
+fn a_fixed_mapping_is_used_if_it_has_the_objects_of_the_bench() {
+    if !is_inside("bench::a_fixed_mapping_is_used_if_it_has_the_objects_of_the_bench") {
+        return;
+    }
+    with_emulation(Some(FIXED_MAPPING), |preset, _, address| {
+        undisturbed(|| {
+            let mut bench = bench(preset, address);
+            // Without touch probe, by whole revolutions.
+            homed(&mut bench)?;
+            let frames = turn(&mut bench, 20.0, 1000)?;
+            let velocity = frames.last().unwrap().signals.measured_motor_velocity;
+            assert!((velocity - 20.0).abs() < 5.0, "{velocity} rad/s");
+            bench.stop().unwrap();
+            Ok(())
+        });
+    });
+}
+
+#[test]
+fn a_fixed_mapping_without_an_object_of_the_bench_is_refused_with_all_that_is_missing() {
+    if !is_inside("bench::a_fixed_mapping_without_an_object_of_the_bench_is_refused_with_all_that_is_missing") {
+        return;
+    }
+    const POSITION_DRIVE: [&[u32]; 2] = [&[0x6040_0010, 0x607A_0020], &[0x6041_0010, 0x6064_0020]];
+    with_emulation(Some(POSITION_DRIVE), |preset, _, address| {
+        let open = MAIN_DEVICE.expect("tests are built with the main device").open;
+        let refusal = open(preset, address).map(drop).unwrap_err().to_string();
+        for part in ["position 0", "(0x1600) lack 0x6071.", "fixed = true"] {
+            assert!(refusal.contains(part), "{refusal}");
+        }
+    });
+}
+
+#[test]
 fn each_fault_ends_at_rest_with_its_name() {
     if !is_inside("bench::each_fault_ends_at_rest_with_its_name") {
         return;
     }
-    with_emulation(|preset, emulation, address| {
+    with_emulation(None, |preset, emulation, address| {
         let drive_fault = || emulation.fault(0, 1, 0x4210);
         let lost = || emulation.fault(0, 2, 1200);
         let ignored = || emulation.fault(1, 3, 1200);
@@ -258,6 +313,22 @@ fn fault(
     }
     assert!(matches!(bench.safety(), SafetyState::Fault(_)));
     emulation.comes_to_rest();
+    let segment = bench.segment().unwrap().status();
+    let shown = &segment.lines().join("\n");
+    let expected = match name {
+        "device 0 failed: error code 0x4210, AL status code 0x0000" => {
+            "fault (0x0218): error code 0x4210: drive too hot"
+        }
+        "AL status code 0x002C" => "AL status code 0x002C: SYNC0 lost",
+        "working counter" => "with another counter",
+        _ => "frames lost",
+    };
+    assert!(shown.contains(expected), "{shown}");
+    match name {
+        "working counter" => assert!(segment.wrong > 10, "{shown}"),
+        "the machine has not answered" => assert!(segment.lost > 10, "{shown}"),
+        _ => {}
+    }
     if name.starts_with("device 0 failed") {
         // The next start resets the drive.
         bench.change(Change::Request(Request::Acknowledge)).unwrap();

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use stickslip::bench::MachineWithDrives;
 use stickslip::{Preset, Watch};
-use stickslip_fieldbus::{DriveSheet, Segment, Server};
+use stickslip_fieldbus::{DriveSheet, FIXED_MAPPING, Segment, Server};
 
 use super::PlantCommand;
 use crate::failure::Failure;
@@ -20,7 +20,10 @@ impl PlantCommand {
         watch: &Watch,
     ) -> Result<(), Failure> {
         let machine = MachineWithDrives::new(preset, self.seed)?;
-        let sheets = DriveSheet::of_bench(machine.ratings(), preset.plant.drive.inertia());
+        let mut sheets = DriveSheet::of_bench(machine.ratings(), preset.plant.drive.inertia());
+        if self.segment.fixed_mapping {
+            sheets.iter_mut().for_each(|sheet| sheet.fixed_mapping = Some(FIXED_MAPPING));
+        }
         let sheets = &sheets[..usize::from(self.segment.drives).min(sheets.len())];
         let mut segment = Segment::new(sheets, self.segment.analog.into(), Box::new(machine));
         segment.delay_set_points(self.segment.torque_delay);
