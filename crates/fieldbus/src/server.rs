@@ -5,10 +5,12 @@ use std::time::{Duration, Instant};
 
 use crate::frame::LONGEST;
 use crate::segment::Segment;
-use crate::socket::Socket;
+use crate::socket::{Socket, raise_priority};
 
 /// Interval at which the machine continues without frames.
 const IDLE: Duration = Duration::from_millis(1);
+/// Priority of the thread, below those of a bench on the same computer.
+const PRIORITY: u8 = 78;
 
 /// A segment on an interface.
 pub struct Server {
@@ -32,11 +34,13 @@ impl Server {
     }
 
     /// Passes frames through the segment until `goes_on` returns false; it is called after each frame, at least every
-    /// millisecond.
+    /// millisecond. The calling thread gets a real-time priority if the system permits it: otherwise frames are late on a
+    /// loaded computer.
     ///
     /// # Errors
     /// Errors of the socket, for example when the interface is switched off.
     pub fn serve(&mut self, mut goes_on: impl FnMut(&mut Segment) -> bool) -> Result<()> {
+        let _ = raise_priority(PRIORITY);
         let start = Instant::now();
         let nanoseconds = || start.elapsed().as_nanos() as u64;
         let mut frame = [0; LONGEST];

@@ -17,7 +17,6 @@ pub(crate) struct Socket {
 }
 
 /// Sets the real-time priority of the calling thread.
-#[cfg(feature = "main-device")]
 pub(crate) fn raise_priority(priority: u8) -> Result<()> {
     // SAFETY: takes nothing.
     let thread = unsafe { libc::syscall(libc::SYS_gettid) };
