@@ -21,7 +21,7 @@ pub const DEVICES: usize = 16;
 /// Records that fit into the ring: half a second at 8 kHz.
 const ROOM: usize = 4096;
 
-/// A frame with process data, and what is known of the devices after it.
+/// A frame with process data, and the states of the devices after it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameRecord {
     /// From sending to receiving [ns]; `None`: lost.

@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn missing_objects_are_named_all_and_gaps_are_no_objects() {
+    fn all_missing_objects_are_named_and_gaps_are_skipped() {
         let pdo = |entries: &[u32]| vec![Pdo { index: 0x1A02, entries: entries.to_vec(), fixed: false }];
         let own = pdo(&[0x6041_0010, 0x0000_0008, 0x6064_0020, 0x606C_0120]);
         assert_eq!(missing(&own, &INPUTS).as_deref(), Some("0x606C, 0x6077"));
