@@ -15,7 +15,7 @@
 //! velocity and position, torque limits, over-current and following error, touch probe on the index.
 //!
 //! Object 0x2020 causes faults on request: a drive fault, lost frames, frames that a device ignores (wrong working
-//! counter), a stop of SYNC0. Object 0x2010:2 delays set-points by a number of cycles.
+//! counter), a stop of SYNC0, a time without supply. Object 0x2010:2 delays set-points by a number of cycles.
 #![cfg(target_os = "linux")]
 
 mod coe;

@@ -30,6 +30,9 @@ pub struct Counters {
 /// Emulated devices in front of a machine.
 pub struct Segment {
     devices: Vec<Device>,
+    sheets: Vec<DriveSheet>,
+    /// A device without supply, and the end of that time [ns]. Devices behind it are out of reach.
+    off: Option<(usize, u64)>,
     machine: Box<dyn Machine>,
     readings: Readings,
     torques: Vec<f64>,
@@ -42,10 +45,10 @@ impl Segment {
     /// A segment with drives, then analogue terminals.
     pub fn new(drives: &[DriveSheet], terminals: usize, machine: Box<dyn Machine>) -> Self {
         let all = drives.len() + terminals;
-        let driven = drives.iter().enumerate().map(|(at, sheet)| Device::drive(sheet, at, (at, all)));
-        let analogue = (0..terminals).map(|at| Device::terminal(at, (drives.len() + at, all)));
         Segment {
-            devices: driven.chain(analogue).collect(),
+            devices: (0..all).map(|at| device(drives, at, all)).collect(),
+            sheets: drives.to_vec(),
+            off: None,
             machine,
             readings: Readings { shafts: vec![Shaft::default(); drives.len()], analogue: vec![0.0; terminals] },
             torques: vec![0.0; drives.len()],
@@ -137,12 +140,18 @@ impl Segment {
     /// Passes a frame through the devices at an instant [ns]. False: the frame does not come back.
     pub fn pass(&mut self, frame: &mut [u8], now: u64) -> bool {
         self.advance(now);
+        self.switch_off(now);
         let is_cyclic = has_process_data(frame);
         if is_cyclic && self.takes_one(2, 0) {
             self.counters.lost += 1;
             return false;
         }
-        let absent: Vec<bool> = (0..self.devices.len()).map(|at| is_cyclic && self.takes_one(3, at)).collect();
+        let reach = self.off.map_or(self.devices.len(), |(at, _)| at);
+        if reach == 0 {
+            return false;
+        }
+        let absent: Vec<bool> =
+            (0..self.devices.len()).map(|at| at >= reach || is_cyclic && self.takes_one(3, at)).collect();
         let Segment { devices, readings, .. } = self;
         let passed = each_datagram(frame, |datagram| {
             for (device, absent) in devices.iter_mut().zip(&absent) {
@@ -162,12 +171,32 @@ impl Segment {
         true
     }
 
+    /// A device without supply on request starts again at the end of that time, as after power-on.
+    fn switch_off(&mut self, now: u64) {
+        for at in 0..self.devices.len() {
+            let time = self.devices[at].objects.number(INJECTION, 5) as u64;
+            if time > 0 {
+                self.devices[at] = device(&self.sheets, at, self.devices.len());
+                self.off = Some((at, now + time * 1_000_000));
+            }
+        }
+        self.off = self.off.filter(|(_, end)| now < *end);
+    }
+
     /// Takes one from a counter of faults on request; whether it was above zero.
     fn takes_one(&mut self, subindex: u8, device: usize) -> bool {
         let Some(objects) = self.devices.get_mut(device).map(|device| &mut device.objects) else { return false };
         let left = objects.number(INJECTION, subindex);
         objects.set(INJECTION, subindex, left - 1);
         left > 0
+    }
+}
+
+/// The device at a position: drives, then analogue terminals.
+fn device(sheets: &[DriveSheet], at: usize, all: usize) -> Device {
+    match sheets.get(at) {
+        Some(sheet) => Device::drive(sheet, at, (at, all)),
+        None => Device::terminal(at - sheets.len(), (at, all)),
     }
 }
 

@@ -6,7 +6,7 @@ use serde_json::Value;
 use stickslip_base::Summary;
 use stickslip_rt::Quantiles;
 
-use super::words::{al_state, al_status_code, error_code};
+use super::words::{ABSENT, NO_ANSWER, al_state, al_status_code, error_code};
 use super::{FrameRecord, SegmentDevice};
 
 /// State of a fieldbus segment. Times in seconds.
@@ -112,13 +112,18 @@ impl SegmentDevice {
         let drive = ["motor", "load"].iter().position(|role| *role == self.role).map(|at| last.drives[at]);
         let error = drive.map_or(0, |drive| drive.error);
         let code = last.left.filter(|(left, _)| usize::from(*left) == position).map_or(0, |(_, code)| code);
-        let faults = [(error > 0).then(|| error_code(error)), (code > 0).then(|| al_status_code(code))];
+        let al_state = al_state(last.states.get(position).copied().unwrap_or(0));
+        let faults = [
+            (error > 0).then(|| error_code(error)),
+            (code > 0).then(|| al_status_code(code)),
+            (al_state == NO_ANSWER).then(|| ABSENT.into()),
+        ];
         let fault = faults.into_iter().flatten().collect::<Vec<_>>().join("; ");
         DeviceStatus {
             position: position as u16,
             name: self.name.clone(),
             role: self.role.into(),
-            al_state: al_state(last.states.get(position).copied().unwrap_or(0)).into(),
+            al_state: al_state.into(),
             drive: drive.map(|drive| DriveStatus {
                 state: drive.state.into(),
                 statusword: drive.statusword,

@@ -59,7 +59,8 @@ fn a_fault_is_stated_with_the_meaning_of_its_codes() {
     assert_eq!(
         lines[2..],
         [
-            "0 coupler: no answer",
+            "0 coupler: no answer: check supply and cable; when it answers, it is brought to OP while the bench is off or \
+             has a fault",
             "1 left drive (motor): OP, fault (0x0218): error code 0x2310: over-current",
             "2 right drive (load): SAFE-OP, operation enabled (0x0237): AL status code 0x001B: watchdog: no set-points in \
              time",

@@ -1,9 +1,14 @@
 //! Meaning of states and codes of EtherCAT and CiA 402.
 
+/// State of a device that does not answer, and what to do.
+pub(super) const NO_ANSWER: &str = "no answer";
+pub(super) const ABSENT: &str = "check supply and cable; when it answers, it is brought to OP while the bench is off or has a \
+                                 fault";
+
 /// Name of an AL state.
 pub(super) fn al_state(state: u8) -> &'static str {
     match state & 0x0F {
-        0 => "no answer",
+        0 => NO_ANSWER,
         1 => "INIT",
         2 => "PRE-OP",
         3 => "BOOT",

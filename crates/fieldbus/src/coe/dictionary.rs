@@ -113,11 +113,12 @@ pub(crate) const COMMON: &[Object] = &[
         INJECTION,
         "Faults on request",
         &[
-            count(4),
+            count(5),
             entry(U16, Setting, 0, "Drive fault: error code"),
             entry(U16, Setting, 0, "Frames with process data to lose"),
             entry(U16, Setting, 0, "Frames with process data to ignore"),
             entry(U8, Setting, 0, "1: SYNC0 stops"),
+            entry(U16, Setting, 0, "Time without supply [ms]"),
         ],
     ),
     synchronisation!(0x1C33, "Synchronisation of inputs"),

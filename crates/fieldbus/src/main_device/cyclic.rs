@@ -12,6 +12,8 @@ use super::bring_up::{DEVICES, Group, step};
 use super::drive::{Drive, Signals};
 use super::error::MainDeviceError;
 use super::image::Place;
+use super::lost::SILENT;
+use super::profile::Accelerometer;
 use super::wire::Wire;
 
 /// Share of the period after which a frame is lost.
@@ -20,10 +22,8 @@ const LOST: f64 = 0.8;
 const PATIENCE: Duration = Duration::from_millis(1500);
 /// Time in which all devices must reach OP.
 const OPERATIONAL: Duration = Duration::from_secs(10);
-/// Interval of attempts to return to OP.
-const RETRY: Duration = Duration::from_millis(500);
 /// Time for registers and objects that are read because of a fault.
-const QUESTION: Duration = Duration::from_millis(20);
+pub(super) const QUESTION: Duration = Duration::from_millis(20);
 
 /// Outputs of a tick.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,10 +54,13 @@ pub(crate) struct Analogue {
     pub(crate) unit: f64,
 }
 
+/// Why the devices do not reach OP, and the wire for another attempt.
+pub(crate) type Refused<'a> = Box<(MainDeviceError, Wire<'a>)>;
+
 /// The devices in OP.
 pub(crate) struct Cyclic<'a> {
     pub(super) main: &'a MainDevice<'a>,
-    wire: Wire<'a>,
+    pub(super) wire: Wire<'a>,
     pub(super) group: Group<Op>,
     pub(super) drives: [Drive; 2],
     pub(super) analogue: Option<Analogue>,
@@ -69,18 +72,29 @@ pub(crate) struct Cyclic<'a> {
     waiting: u32,
     was_on: bool,
     /// The fault, until the drives are to be off.
-    failed: Option<MachineFault>,
+    pub(super) failed: Option<MachineFault>,
     /// The device that has left OP, until all are in OP again; time of the last attempt.
-    left: Option<MachineFault>,
-    retry: Instant,
+    pub(super) left: Option<MachineFault>,
+    pub(super) retry: Instant,
+    /// Frames in a row without an answer of a device, and time of the last search for restarted devices.
+    pub(super) silent: u32,
+    pub(super) searched: Instant,
     /// Time of the reference clock at the last frame [ns].
     pub(crate) clock: Option<u64>,
     /// The last frame, for viewers.
     pub(crate) record: FrameRecord,
 }
 
+impl Analogue {
+    /// The input of the description.
+    pub(crate) fn new(input: Accelerometer) -> Self {
+        let Accelerometer { position, byte, volts } = input;
+        Analogue { position, place: Place::word(byte), unit: volts / 32_767.0 }
+    }
+}
+
 impl<'a> Cyclic<'a> {
-    /// Brings devices from SAFE-OP to OP, with process data at this period.
+    /// Brings devices from SAFE-OP to OP, with process data at this period. An error returns the wire.
     pub(crate) fn start(
         main: &'a MainDevice<'a>,
         mut wire: Wire<'a>,
@@ -88,7 +102,7 @@ impl<'a> Cyclic<'a> {
         drives: [Drive; 2],
         analogue: Option<Analogue>,
         period: Duration,
-    ) -> Result<Self, MainDeviceError> {
+    ) -> Result<Self, Refused<'a>> {
         let exchanges = |bytes: usize, counts: u16| if bytes > 0 { counts } else { 0 };
         let counts = |device: (usize, usize)| exchanges(device.0, 2) + exchanges(device.1, 1);
         let due = group.iter(main).map(|device| counts((device.outputs_raw().len(), device.inputs_raw().len()))).sum();
@@ -102,7 +116,10 @@ impl<'a> Cyclic<'a> {
             pause(response.and_then(Result::ok).as_ref().map(|response| &response.extra));
         }
         let failed = step("OP", "See the messages of the drive.");
-        let group = wire.run(group.request_into_op(main)).map_err(failed)?;
+        let group = match wire.run(group.request_into_op(main)) {
+            Ok(group) => group,
+            Err(error) => return Err(Box::new((failed(error), wire))),
+        };
         let start = Instant::now();
         loop {
             let response = wire.run_within(group.tx_rx_dc(main), patient).and_then(Result::ok);
@@ -110,7 +127,7 @@ impl<'a> Cyclic<'a> {
                 break;
             }
             if start.elapsed() > OPERATIONAL {
-                return Err(not_operational(main, &mut wire, &group, response.as_ref()));
+                return Err(Box::new((not_operational(main, &mut wire, &group, response.as_ref()), wire)));
             }
             pause(response.as_ref().map(|response| &response.extra));
         }
@@ -129,6 +146,8 @@ impl<'a> Cyclic<'a> {
             failed: None,
             left: None,
             retry: Instant::now(),
+            silent: 0,
+            searched: Instant::now(),
             clock: None,
             record: FrameRecord::default(),
         })
@@ -152,6 +171,10 @@ impl<'a> Cyclic<'a> {
         let response = self.wire.run_within(cycle, self.period.mul_f64(LOST)).and_then(Result::ok);
         let Some(response) = response else {
             (self.clock, self.record.round_trip) = (None, None);
+            self.silent = self.silent.saturating_add(1);
+            if self.silent > SILENT {
+                self.record.states = [0; DEVICES];
+            }
             return Answer::Lost;
         };
         self.record.round_trip = u32::try_from(sent.elapsed().as_nanos()).ok();
@@ -206,30 +229,9 @@ impl<'a> Cyclic<'a> {
         Answer::Signals(signals, on && self.was_on)
     }
 
-    /// A device has left OP: its codes. Tries to return to OP now and then.
-    fn left_operation(&mut self, position: usize) -> MachineFault {
-        if let (Some(fault), true) = (self.left, self.retry.elapsed() < RETRY) {
-            return fault;
-        }
-        self.retry = Instant::now();
-        let Ok(device) = self.group.subdevice(self.main, position) else {
-            return MachineFault::Restarted;
-        };
-        let status = self.wire.run_within(device.register_read::<u16>(0x0134_u16), QUESTION).and_then(Result::ok);
-        let error = self.wire.run_within(device.sdo_read::<u16>(0x603F, 0), QUESTION).and_then(Result::ok);
-        let acknowledge = async {
-            // SAFE-OP with acknowledgement, then OP.
-            device.register_write(0x0120_u16, 0x14_u16).await?;
-            device.register_write(0x0120_u16, 0x08_u16).await
-        };
-        // It is tried again.
-        let _ = self.wire.run_within(acknowledge, QUESTION);
-        let (error, status) = (error.unwrap_or(0), status.unwrap_or(0));
-        let fault = MachineFault::Device { position: position as u16, error, status };
-        self.record.left = Some((position as u16, status));
-        // The first cause counts.
-        self.failed.get_or_insert(fault);
-        *self.left.get_or_insert(fault)
+    /// Leaves the devices as they are.
+    pub(crate) fn into_wire(self) -> Wire<'a> {
+        self.wire
     }
 
     /// Stops and disables the drives, and brings the devices back to INIT.

@@ -2,8 +2,6 @@
 //!
 //! A thread exchanges the frames. At its end a tick hands it the outputs, and the next tick takes the answer, through
 //! bounded rings: a tick neither allocates nor locks, and waits for an answer for at most a quarter of its period.
-//! Without outputs the thread continues to send frames, so that the watchdogs of the drives do not act: with the last
-//! torques for [`HELD`] frames, then with zero.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,22 +20,18 @@ use stickslip_core::tick::Measurement;
 use stickslip_software::cycle::Voltages;
 use stickslip_software::supervise::MachineFault;
 
-use super::bring_up::{Plan, prepare};
-use super::cyclic::{Analogue, Answer, Cyclic, Outputs};
+use super::bring_up::Plan;
+use super::cyclic::{Analogue, Answer, Outputs};
 use super::error::MainDeviceError;
-use super::image::Place;
-use super::profile::{Accelerometer, DriveFile};
+use super::exchange::Exchange;
+use super::profile::DriveFile;
 use super::steering::Steering;
 use super::units::Expected;
 use super::wire::{Storage, Wire};
-use crate::socket::{Socket, raise_priority};
+use crate::socket::Socket;
 
 /// Fraction of the next tick in which readings are still accepted.
 const GRACE: f64 = 0.25;
-/// Ticks without outputs after which the torques are zero.
-const HELD: u32 = 10;
-/// Priority of the thread, below that of the tick.
-const PRIORITY: u8 = 79;
 /// Frames that set the clocks at the start.
 const CLOCK_FRAMES: u32 = 2000;
 
@@ -76,10 +70,16 @@ pub fn open(preset: &Preset<f64>, address: &str) -> Result<(Box<dyn Io + Send>, 
     let (outputs, outputs_out) = RingBuffer::new(4);
     let (answers_in, answers) = RingBuffer::new(16);
     let (started, start) = mpsc::channel();
-    let (shift, accelerometer) = (Arc::<AtomicI64>::default(), file.accelerometer);
-    let steering = Steering::new(plan.period.as_nanos() as i64, shift.clone());
+    let shift = Arc::<AtomicI64>::default();
     let period = plan.period;
-    let exchange = move || exchange(socket, &plan, accelerometer, steering, outputs_out, answers_in, &started);
+    let exchange = Exchange {
+        analogue: file.accelerometer.map(Analogue::new),
+        steering: Steering::new(period.as_nanos() as i64, shift.clone()),
+        plan,
+        outputs: outputs_out,
+        answers: answers_in,
+    };
+    let exchange = move || exchange.run(socket, &started);
     let thread = thread::Builder::new().name("stickslip-ethercat".into()).stack_size(8 << 20).spawn(exchange);
     let thread = thread.map_err(|error| BenchError::Fieldbus {
         interface: interface.into(),
@@ -175,82 +175,6 @@ pub(crate) fn main_device<T>(socket: Socket, run: impl for<'a> FnOnce(&'a MainDe
         MainDeviceConfig { dc_static_sync_iterations: CLOCK_FRAMES, retry_behaviour: RetryBehaviour::Count(5) };
     let main = MainDevice::new(frames, timeouts, config);
     run(&main, Wire::new(socket, tx, rx))
-}
-
-/// The thread: from the scan to the end of the bench.
-fn exchange(
-    socket: Socket,
-    plan: &Plan,
-    accelerometer: Option<Accelerometer>,
-    mut steering: Steering,
-    mut outputs: Consumer<Outputs>,
-    mut answers: Producer<Answer>,
-    started: &mpsc::Sender<Result<(Answer, Segment), MainDeviceError>>,
-) {
-    // Without the permission it is an ordinary thread, as the tick is then.
-    let _ = raise_priority(PRIORITY);
-    main_device(socket, |main, mut wire| {
-        let analogue = accelerometer.map(|input| Analogue {
-            position: input.position,
-            place: Place::word(input.byte),
-            unit: input.volts / 32_767.0,
-        });
-        let prepared = wire.run(prepare(main, plan));
-        let cyclic =
-            prepared.and_then(|(group, drives)| Cyclic::start(main, wire, group, drives, analogue, plan.period));
-        let mut cyclic = match cyclic {
-            Ok(cyclic) => cyclic,
-            Err(error) => return drop(started.send(Err(error))),
-        };
-        let first = (0..20).map(|_| cyclic.exchange(Outputs::default()));
-        let first = first.filter(|answer| matches!(answer, Answer::Signals(..))).last();
-        let (devices, counter) = cyclic.segment();
-        let (segment, mut viewers) = Segment::new(devices, counter, plan.period.as_secs_f64());
-        if started.send(Ok((first.unwrap_or(Answer::Lost), segment))).is_err() || first.is_none() {
-            return cyclic.shut_down();
-        }
-        let (mut last, mut silent, mut has_begun) = (Outputs::default(), 0_u32, false);
-        while let Some(next) = wait(&mut outputs, if has_begun { 2 * plan.period } else { plan.period }) {
-            let is_new = next.is_some();
-            (last, silent) = next.map_or((last, silent.saturating_add(1)), |next| (next, 0));
-            has_begun |= is_new;
-            if silent > HELD {
-                last.torques = [0.0; 2];
-            }
-            let answer = cyclic.exchange(last);
-            cyclic.record.offset = match (is_new, cyclic.clock) {
-                (true, Some(time)) => i32::try_from(steering.follow(time)).ok(),
-                _ => None,
-            };
-            if has_begun {
-                viewers.push(cyclic.record);
-                // After missed ticks the newest readings count. A full ring means that the tick has stopped.
-                let _ = answers.push(answer);
-            }
-        }
-        cyclic.shut_down();
-    });
-}
-
-/// The newest outputs; `Some(None)` after this time without any, `None` at the end of the bench.
-fn wait(outputs: &mut Consumer<Outputs>, within: Duration) -> Option<Option<Outputs>> {
-    let start = Instant::now();
-    loop {
-        let mut newest = None;
-        while let Ok(next) = outputs.pop() {
-            newest = Some(next);
-        }
-        if newest.is_some() {
-            return Some(newest);
-        }
-        if outputs.is_abandoned() {
-            return None;
-        }
-        match within.checked_sub(start.elapsed()) {
-            Some(left) if !left.is_zero() => thread::park_timeout(left),
-            _ => return Some(None),
-        }
-    }
 }
 
 impl ServoDrives {

@@ -30,6 +30,8 @@ impl Cyclic<'_> {
         for (noted, state) in self.record.states.iter_mut().zip(&response.subdevice_states) {
             *noted = code(*state);
         }
+        let is_silent = self.record.states[..self.group.len()].contains(&0);
+        self.silent = if is_silent { self.silent.saturating_add(1) } else { 0 };
         for (drive, noted) in self.drives.iter().zip(&mut self.record.drives) {
             let position = usize::from(drive.position);
             if let (Ok(device), true) = (self.group.subdevice(self.main, position), self.record.states[position] != 0) {

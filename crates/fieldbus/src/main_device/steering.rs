@@ -27,6 +27,11 @@ impl Steering {
         Steering { period, integral: 0.0, exact: 0.0, has_started: false, shift }
     }
 
+    /// Starts again: the clock may have another phase.
+    pub(crate) fn restart(&mut self) {
+        (self.has_started, self.integral) = (false, 0.0);
+    }
+
     /// Deviation from the middle, within half a period [ns]; positive for a late frame.
     fn deviation(&self, time: u64) -> i64 {
         (time % self.period as u64) as i64 - self.period / 2
@@ -76,6 +81,20 @@ mod tests {
             assert!(deviations[1..].iter().all(|deviation| deviation.abs() < 12_000), "{drift}");
             assert!(deviations[19_000..].iter().all(|deviation| deviation.abs() < 200), "{drift}");
         }
+    }
+
+    #[test]
+    fn a_clock_with_another_phase_is_followed_from_the_second_frame_on() {
+        let shift = Arc::<AtomicI64>::default();
+        let mut steering = Steering::new(PERIOD, shift.clone());
+        let mut follow = |cycle: i64, phase: i64| {
+            if cycle == 1000 {
+                steering.restart();
+            }
+            steering.follow((cycle * PERIOD + shift.load(Ordering::Relaxed) + phase) as u64)
+        };
+        assert!((1..1000).all(|cycle| follow(cycle, 0).abs() < 500 || cycle == 1));
+        assert!((1000..2000).all(|cycle| follow(cycle, 300_000).abs() < 500 || cycle == 1000));
     }
 
     #[test]

@@ -152,7 +152,8 @@ fn turn(bench: &mut ClockedBench, velocity: f64, ticks: usize) -> Result<Vec<Fra
 }
 
 /// Messages after a stall of this computer.
-const STALLS: [&str; 3] = ["fell behind the clock", "deadlines were missed", "the software missed"];
+const STALLS: [&str; 4] =
+    ["fell behind the clock", "deadlines were missed", "the software missed", "the tacho measures"];
 
 /// Runs a part again if this computer stalled; after ten attempts the test reports it.
 fn undisturbed(mut part: impl FnMut() -> Result<(), String>) {
@@ -292,6 +293,44 @@ fn each_fault_ends_at_rest_with_its_name() {
             undisturbed(|| fault(preset, emulation, address, name, cause));
         }
     });
+}
+
+#[test]
+fn a_drive_that_was_switched_off_and_on_is_used_again_without_a_restart() {
+    if !is_inside("bench::a_drive_that_was_switched_off_and_on_is_used_again_without_a_restart") {
+        return;
+    }
+    with_emulation(None, |preset, emulation, address| {
+        for (position, name) in [(1, "working counter 3 instead of 7"), (0, "the machine has not answered")] {
+            undisturbed(|| restart(preset, emulation, address, position, name));
+        }
+    });
+}
+
+/// A drive without supply for some time, and the way back.
+fn restart(preset: &Preset<f64>, emulation: &Emulation, address: &str, at: usize, name: &str) -> Result<(), String> {
+    let mut bench = bench(preset, address);
+    homed(&mut bench)?;
+    turn(&mut bench, 10.0, 300)?;
+    emulation.fault(at, 5, 1500);
+    let start = Instant::now();
+    let error = (0..10).find_map(|_| turn(&mut bench, 10.0, 300).err()).expect("the fault stops the bench");
+    if STALLS.iter().any(|stall| error.contains(stall)) {
+        return Err(error);
+    }
+    assert!(error.contains(name), "{error}");
+    let segment = bench.segment().unwrap();
+    let device = || segment.status().devices.swap_remove(at);
+    assert_eq!(device().al_state, "no answer");
+    assert!(device().fault.unwrap().contains("check supply and cable"));
+    emulation.wait("return", |_| segment.status().devices.iter().all(|device| device.al_state == "OP"));
+    println!("in OP {:.1} s after the supply is back", start.elapsed().as_secs_f64() - 1.5);
+    emulation.comes_to_rest();
+    bench.change(Change::Request(Request::Acknowledge)).unwrap();
+    homed(&mut bench)?;
+    turn(&mut bench, 10.0, 300)?;
+    bench.stop().unwrap();
+    Ok(())
 }
 
 /// A fault during a motion, and the way back.

@@ -2,9 +2,13 @@
 
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Set in the namespace.
 const INSIDE: &str = "STICKSLIP_IN_NAMESPACE";
+
+/// One bench in real time at a time.
+static RUNNING: Mutex<()> = Mutex::new(());
 
 /// Whether the test is in its namespace. Outside, it is started there and must succeed.
 pub(crate) fn is_inside(test: &str) -> bool {
@@ -21,6 +25,7 @@ pub(crate) fn is_inside(test: &str) -> bool {
         println!("NOT RUN: this computer permits no network namespace with virtual interfaces, or iproute2 is missing");
         return false;
     };
+    let _running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
     let program = std::env::current_exe().unwrap();
     let mut command = Command::new("unshare");
     command.arg(options).arg(program).args(["--exact", test, "--nocapture"]).env(INSIDE, "1");
