@@ -20,6 +20,8 @@ await play(async (scene) => {
     assert.equal(await main.locator('.stage .value').count(), labels.length)
     await ann.waitForFunction(() => [...document.querySelectorAll('.stage .value .number')].every((one) => one.textContent !== '–'))
     await main.getByText('No deadline missed').or(main.getByText(/deadlines? missed/)).first().waitFor()
+    // Only a machine on a fieldbus has it.
+    assert.equal(await main.getByRole('region', { name: 'EtherCAT' }).count(), 0)
     await scene.snapshot(ann, 'implementation')
     for (const [width, height] of [[1280, 720], [1920, 1080]]) {
       await ann.setViewportSize({ width, height })
