@@ -36,7 +36,7 @@ pub use error::FitError;
 pub use findings::{Finding, HARDLY_KNOWN};
 pub use linear::LongRun;
 pub use linear::{Instrumented, LinearFit, fit_instrumented, fit_linear};
-pub use nonlinear::{Minimum, Stop, minimise};
+pub use nonlinear::{Minimum, Stop, TRIALS, minimise, minimise_side_by_side};
 pub use points::check_points;
 pub use profile::{Profile, ProfilePlan};
 pub use statistics::{f_test, runs_test, student_t95};

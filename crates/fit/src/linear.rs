@@ -143,6 +143,11 @@ impl Instrumented {
         self.coefficients.as_slice()
     }
 
+    /// ‖residuals‖ / ‖measured‖.
+    pub fn relative_error(&self) -> f64 {
+        (&self.measured - &self.regressors * &self.coefficients).norm() / self.measured.norm()
+    }
+
     /// With their errors.
     pub fn fit(&self) -> LinearFit {
         let condition = condition(&self.regressors);

@@ -4,7 +4,7 @@
 //! starts at 0 has no logarithm and stays there.
 
 use nalgebra::{SMatrix, SVector};
-use stickslip_core::scalar::Dual;
+use stickslip_core::scalar::{Dual, Lanes};
 
 /// Stopping conditions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,11 +54,7 @@ pub fn minimise<const N: usize, E>(
             minimum.converged = true;
             break;
         }
-        let mut next = minimum.parameters;
-        for i in 0..N {
-            // At most a factor of e at once: the linear model is not valid beyond.
-            next[i] = (next[i] * libm::exp(step[i].clamp(-1.0, 1.0))).clamp(bounds[i][0], bounds[i][1]);
-        }
+        let next = moved(&minimum.parameters, &step, &bounds);
         let candidate = evaluate(next)?;
         // Within rounding of the cost a step still improves the parameters.
         if candidate.cost <= minimum.cost * (1.0 + 1e-12) {
@@ -77,6 +73,63 @@ pub fn minimise<const N: usize, E>(
         }
     }
     Ok(minimum)
+}
+
+/// Number of steps that [`minimise_side_by_side`] tries at once.
+pub const TRIALS: usize = 8;
+
+/// As [`minimise`], for residuals that take long: steps of all dampings, a decade apart, are tried side by side in vector
+/// lanes, and the best one is taken. Derivatives are computed at accepted parameters only, by a function of their own.
+/// If that is a coarser one, the search still ends where the residuals do not fall any more.
+///
+/// # Errors
+/// The first error of either function.
+pub fn minimise_side_by_side<const N: usize, E>(
+    start: [f64; N],
+    bounds: [[f64; 2]; N],
+    stop: Stop,
+    residuals: impl Fn([Lanes<f64, TRIALS>; N]) -> Result<Vec<Lanes<f64, TRIALS>>, E>,
+    slopes: impl Fn([Dual<N>; N]) -> Result<Vec<Dual<N>>, E>,
+) -> Result<Minimum<N>, E> {
+    // A NaN is worse than any number.
+    let costs = |rows: &[Lanes<f64, TRIALS>]| {
+        let sums = rows.iter().fold([0.0; TRIALS], |sums, row| std::array::from_fn(|k| sums[k] + row.0[k] * row.0[k]));
+        sums.map(|sum: f64| if sum.is_nan() { f64::INFINITY } else { sum })
+    };
+    let mut rows = residuals(start.map(|value| Lanes([value; TRIALS])))?;
+    let (mut best, mut minimum) = (0, Minimum { parameters: start, cost: costs(&rows)[0], converged: false });
+    for _ in 1..stop.evaluations {
+        let here = std::array::from_fn(|i| Dual::variable(minimum.parameters[i], i));
+        let mut sloped = slopes(here)?;
+        sloped.iter_mut().zip(&rows).for_each(|(slope, row)| slope.value = row.0[best]);
+        let normal = Normal::of(&sloped, &minimum.parameters);
+        let steps: [_; TRIALS] = std::array::from_fn(|k| normal.step(DAMPING * libm::pow(10.0, k as f64)));
+        // Without a step the parameters remain.
+        let tried = steps.map(|step| step.map_or(minimum.parameters, |(s, _)| moved(&minimum.parameters, &s, &bounds)));
+        if steps[0].is_some_and(|(_, promise)| promise < stop.fall * minimum.cost) {
+            minimum.converged = true;
+            break;
+        }
+        rows = residuals(std::array::from_fn(|i| Lanes(tried.map(|parameters| parameters[i]))))?;
+        let tried_costs = costs(&rows);
+        best = (0..TRIALS).min_by(|a, b| tried_costs[*a].total_cmp(&tried_costs[*b])).unwrap_or(0);
+        let fall = 1.0 - tried_costs[best] / minimum.cost;
+        if fall <= 0.0 || fall.is_nan() {
+            break;
+        }
+        (minimum.parameters, minimum.cost) = (tried[best], tried_costs[best]);
+        if fall < stop.fall || steps[best].is_some_and(|(step, _)| step.amax() < stop.step) {
+            minimum.converged = true;
+            break;
+        }
+    }
+    Ok(minimum)
+}
+
+/// Parameters after a step in the logarithms, within their bounds.
+fn moved<const N: usize>(from: &[f64; N], step: &SVector<f64, N>, bounds: &[[f64; 2]; N]) -> [f64; N] {
+    // At most a factor of e at once: the linear model is not valid beyond.
+    std::array::from_fn(|i| (from[i] * libm::exp(step[i].clamp(-1.0, 1.0))).clamp(bounds[i][0], bounds[i][1]))
 }
 
 /// Normal equations in the logarithms.
@@ -142,6 +195,24 @@ mod tests {
         assert_eq!(minimise([0.3, 0.2], [[0.0, 0.5], [0.0, f64::INFINITY]], STOP, valley).unwrap().parameters[0], 0.5);
         assert_eq!(minimise([0.0, 0.2], FREE, STOP, valley).unwrap().parameters[0], 0.0);
         assert!(!minimise([0.01, 3.0], FREE, Stop { evaluations: 3, ..STOP }, valley).unwrap().converged);
+    }
+
+    #[test]
+    fn steps_side_by_side_walk_down_the_same_valley_with_slopes_that_are_a_little_wrong() {
+        fn rows<T: Scalar>([x, y]: [T; 2], bend: f64) -> Result<Vec<T>, f64> {
+            Ok(vec![(y - x * x * T::of(bend)) * T::of(10.0), T::of(1.0) - x])
+        }
+        let trials = |p| rows(p, 1.0);
+        let minimum = minimise_side_by_side([0.01, 3.0], FREE, STOP, trials, |p| rows(p, 1.02)).unwrap();
+        assert!(minimum.parameters.iter().all(|p| (p - 1.0).abs() < 1e-6), "{minimum:?}");
+        let few = minimise_side_by_side([0.01, 3.0], FREE, Stop { evaluations: 3, ..STOP }, trials, |p| rows(p, 1.0));
+        assert!(!few.unwrap().converged);
+        let stop = Stop { fall: 1e-3, ..STOP };
+        assert!(minimise_side_by_side([0.9, 0.8], FREE, stop, trials, |p| rows(p, 1.0)).unwrap().converged);
+        let undefined = |p: [Lanes<f64, TRIALS>; 2]| rows(p.map(|x| x * Lanes::of(f64::NAN)), 1.0);
+        let start = [0.5, 0.5];
+        assert_eq!(minimise_side_by_side(start, FREE, STOP, undefined, |p| rows(p, 1.0)).unwrap().parameters, start);
+        assert_eq!(minimise_side_by_side(start, FREE, STOP, trials, |_| Err(7.0)).unwrap_err(), 7.0);
     }
 
     #[test]

@@ -130,50 +130,74 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
         signals = candidates::without_injected(signals);
     }
     let mut motion = Motion::of(&signals, machine)?;
-    let mut balanced = candidates::balance(&Balance::of(&motion, &signals, machine)?)?;
-    let offset = balanced.symmetric.fit.coefficients[3];
-    if machine.vertical && offset.is_finite() {
-        motion.unload(offset);
-        let symmetric = balanced.symmetric;
-        balanced = Balanced { symmetric, ..candidates::balance(&Balance::of(&motion, &signals, machine)?)? };
+    let mut symmetric = None;
+    if machine.vertical {
+        let weighed = candidates::balance(&Balance::of(&motion, &signals, machine)?)?.symmetric;
+        let offset = weighed.fit.coefficients[3];
+        if offset.is_finite() {
+            motion.unload(offset);
+        }
+        symmetric = Some(weighed);
     }
     let balance = Balance::of(&motion, &signals, machine)?;
-    let Balanced { symmetric, asymmetric, mut findings, solved } = balanced;
-    findings.injected_in_command = contains_injected;
-    let mass = asymmetric.fit.coefficients[0];
-    let is_plausible = mass > 0.0;
-    exchanged::refuse(&signals, machine, is_plausible.then_some(asymmetric.fit.relative_error))?;
-    if !is_plausible {
-        let remedy = "The command moves the axis the other way: reverse the sign of drive.gain, or check whether a \
-                      column counts against the motion. A force that depends on the position, a spring or a weight on \
-                      an arm, is not part of the model and has the same effect.";
-        return Err(IdentifyError::Implausible { what: "the identified inertia", value: mass, remedy }.into());
-    }
-    let aligned = balance.aligned(&solved);
-    let curve = FrictionCurve::of(&balance.sliding(&solved, &aligned), mass, recipe.low_pass, recipe.skip);
-    let stribeck = [Side::Positive, Side::Negative]
-        .map(|side| fit_stribeck(&curve.points, &StribeckPlan { side, ..StribeckPlan::default() }).ok());
     let around = Loop::of(&signals, &motion, machine);
-    let candidates = models::candidates(&motion, around.as_ref(), (&balance, &solved), watch)?;
+    let by_balance = || ByBalance::of(&balance, &signals, machine);
+    let (ByBalance { balanced, aligned, curve, stribeck }, fits) =
+        models::beside(by_balance, &motion, around.as_ref(), recipe, watch)?;
+    let (candidates, mut closed_loops) = match &around {
+        Some(around) => models::judged(fits, around, recipe.skip, watch)?,
+        None => (models::by_forces(&balance, &balanced.solved, motion.offset)?, Vec::new()),
+    };
     let folds: Vec<Vec<f64>> = candidates.iter().map(|candidate| candidate.folds.clone()).collect();
     let choice = choose(&folds).expect("there are candidates, each judged on the same blocks");
-    let simulate = |around: Loop<'_>| around.simulate(&candidates[choice.chosen].model, 2..samples, watch);
-    let closed_loop = around.map(simulate).transpose()?;
+    let closed_loop = around.map(|_| closed_loops.swap_remove(choice.chosen));
     Ok(Identification {
         axis: machine.axis,
         lift: machine.vertical.then_some(Lift { mass: machine.lifted_mass }),
-        symmetric,
-        asymmetric,
+        symmetric: symmetric.unwrap_or(balanced.symmetric),
+        asymmetric: balanced.asymmetric,
         curve,
         stribeck,
         candidates,
         choice,
         closed_loop,
         command_unit: machine.drive.command.si_unit(),
-        findings,
+        findings: Findings { injected_in_command: contains_injected, ..balanced.findings },
         motion: aligned,
         signals,
     })
+}
+
+/// Results of the balance of forces.
+struct ByBalance {
+    balanced: Balanced,
+    aligned: Motion,
+    curve: FrictionCurve,
+    stribeck: [Option<StribeckFit>; 2],
+}
+
+impl ByBalance {
+    /// # Errors
+    /// A motion that does not determine mass and friction; an inertia that is not positive; exchanged columns.
+    fn of(balance: &Balance<'_>, signals: &Signals, machine: &Machine) -> Result<Self, Error> {
+        let balanced = candidates::balance(balance)?;
+        let fit = &balanced.asymmetric.fit;
+        let mass = fit.coefficients[0];
+        let is_plausible = mass > 0.0;
+        exchanged::refuse(signals, machine, is_plausible.then_some(fit.relative_error))?;
+        if !is_plausible {
+            let remedy = "The command moves the axis the other way: reverse the sign of drive.gain, or check whether a \
+                          column counts against the motion. A force that depends on the position, a spring or a weight \
+                          on an arm, is not part of the model and has the same effect.";
+            return Err(IdentifyError::Implausible { what: "the identified inertia", value: mass, remedy }.into());
+        }
+        let aligned = balance.aligned(&balanced.solved);
+        let sliding = balance.sliding(&balanced.solved, &aligned);
+        let curve = FrictionCurve::of(&sliding, mass, machine.recipe.low_pass, machine.recipe.skip);
+        let stribeck = [Side::Positive, Side::Negative]
+            .map(|side| fit_stribeck(&curve.points, &StribeckPlan { side, ..StribeckPlan::default() }).ok());
+        Ok(ByBalance { balanced, aligned, curve, stribeck })
+    }
 }
 
 impl Identification {

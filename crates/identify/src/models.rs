@@ -101,47 +101,75 @@ pub struct Candidate {
     pub prediction: Option<Prediction>,
 }
 
-/// Fits and judges all candidates that the recording allows.
-pub(super) fn candidates(
+/// The candidates of a range of samples.
+type Fits = Vec<(Kind, AxisModel<f64>, Option<Refined>)>;
+
+/// The balance of forces and, where the controller is known, beside it the fits of all candidates to the whole recording
+/// and to each half.
+///
+/// # Errors
+/// Those of the balance first; [`Error::Cancelled`].
+pub(super) fn beside<B: Send>(
+    balance: impl Fn() -> Result<B, Error> + Sync,
     motion: &Motion,
     around: Option<&Loop<'_>>,
-    (balance, solved): (&Balance<'_>, &Solved),
+    recipe: Recipe,
     watch: &Watch,
-) -> Result<Vec<Candidate>, Error> {
-    let recipe = &balance.recipe;
+) -> Result<(B, Vec<Fits>), Error> {
     let (samples, middle) = (motion.samples(), motion.samples() / 2);
-    let [first, second] = [recipe.skip..middle, middle..samples];
-    let Some(around) = around else {
-        return by_forces(balance, solved, motion.offset);
-    };
-    // Two fits in the closed loop on each of three stretches.
+    let Some(around) = around else { return Ok((balance()?, Vec::new())) };
+    // The balance, and two fits in the closed loop on each of three stretches.
     let finished = AtomicU32::new(0);
     watch.stage(FIT, 0.0)?;
-    let done = || watch.stage(FIT, f64::from(finished.fetch_add(1, Ordering::Relaxed) + 1) / 6.0);
-    // The whole first, since it takes longest.
-    let ranges = [recipe.skip..samples, first, second.clone()];
-    let fit = |range: &Range<usize>| fit_all(motion, around, range.clone(), recipe, (watch, &done));
-    let mut fits = parallel::map(&ranges, parallel::processors(), fit)?.into_iter();
-    let mut next = || fits.next().expect("one result for each range");
-    let (whole, by_first, by_second) = (next(), next(), next());
+    let done = || watch.stage(FIT, f64::from(finished.fetch_add(1, Ordering::Relaxed) + 1) / 7.0);
+    // What takes longest is first.
+    let ranges = [recipe.skip..samples, recipe.skip..middle, middle..samples];
+    let jobs: Vec<Option<Range<usize>>> = std::iter::once(None).chain(ranges.map(Some)).collect();
+    let results = parallel::map(&jobs, parallel::processors(), |job| match job {
+        None => Ok((Some(balance()?), done().map(|()| Vec::new())?)),
+        Some(range) => Ok((None, fit_all(motion, around, range.clone(), &recipe, (watch, &done))?)),
+    })?;
+    let mut results = results.into_iter();
+    let (balanced, _) = results.next().expect("one result for each job");
+    Ok((balanced.expect("the first job is the balance"), results.map(|(_, fits)| fits).collect()))
+}
+
+/// Judges the candidates by their fits to the whole recording and to each half; also the closed loop of each over the
+/// whole recording.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub(super) fn judged(
+    fits: Vec<Fits>,
+    around: &Loop<'_>,
+    skip: usize,
+    watch: &Watch,
+) -> Result<(Vec<Candidate>, Vec<ClosedLoop<f64>>), Error> {
+    let (samples, middle) = (around.motion.samples(), around.motion.samples() / 2);
     // The first samples of each run are dropped: they still depend on its initial state.
-    let drop = recipe.skip.saturating_sub(2);
+    let drop = skip.saturating_sub(2);
     let simulate = |model: &AxisModel<f64>, range: Range<usize>| around.simulate(model, range, watch);
     watch.stage("judge the models", 0.0)?;
-    let fits: Vec<((Fit, Fit), Fit)> = whole.into_iter().zip(by_first).zip(by_second).collect();
-    parallel::map(&fits, parallel::processors(), |((fit, first_fit), second_fit)| {
-        let [unseen, other] = [simulate(&first_fit.1, second.clone())?, simulate(&second_fit.1, 2..middle)?];
+    let Ok([whole, by_first, by_second]) = <[Fits; 3]>::try_from(fits) else {
+        unreachable!("the whole and two halves were fitted")
+    };
+    let fits: Vec<_> = whole.into_iter().zip(by_first).zip(by_second).collect();
+    let judged = parallel::map(&fits, parallel::processors(), |((fit, first_fit), second_fit)| {
+        let whole = simulate(&fit.1, 2..samples)?;
+        let [unseen, other] = [simulate(&first_fit.1, middle..samples)?, simulate(&second_fit.1, 2..middle)?];
         let halves = [&unseen, &other];
-        Ok(Candidate {
+        let candidate = Candidate {
             kind: fit.0,
             held_out: halves.iter().map(|half| 0.5 * around.compare(half, drop).voltage_error).sum(),
             folds: halves.iter().flat_map(|half| mean_squares(&around.misses(half, drop))).collect(),
             unseen: Some(unseen),
-            prediction: Some(around.compare(&simulate(&fit.1, 2..samples)?, drop)),
+            prediction: Some(around.compare(&whole, drop)),
             model: fit.1,
             refined: fit.2.clone(),
-        })
-    })
+        };
+        Ok((candidate, whole))
+    })?;
+    Ok(judged.into_iter().unzip())
 }
 
 /// Mean squares over the blocks of a half.
@@ -152,10 +180,8 @@ fn mean_squares(missed: &[f64]) -> [f64; BLOCKS] {
     })
 }
 
-type Fit = (Kind, AxisModel<f64>, Option<Refined>);
-
 /// The candidates of the balance of forces alone, each judged by the force of the half that its fit did not use.
-fn by_forces(balance: &Balance<'_>, solved: &Solved, offset: f64) -> Result<Vec<Candidate>, Error> {
+pub(super) fn by_forces(balance: &Balance<'_>, solved: &Solved, offset: f64) -> Result<Vec<Candidate>, Error> {
     let timing = solved.terms.timing.fixed();
     let plain = |directions| Terms::of(directions, timing);
     let full = solved.terms.with(timing);
@@ -229,13 +255,14 @@ fn fit_all(
     range: Range<usize>,
     recipe: &Recipe,
     (watch, done): (&Watch, &(impl Fn() -> Result<(), Error> + Sync)),
-) -> Result<Vec<Fit>, Error> {
+) -> Result<Fits, Error> {
     let bodies = rigid(motion, range.clone(), recipe)?;
     let asymmetric = bodies[1].1;
-    let mut fits: Vec<Fit> = bodies.map(|(kind, model)| (kind, model, None)).into();
+    let mut fits: Fits = bodies.map(|(kind, model)| (kind, model, None)).into();
     // Logarithms require positive parameters; a rigid body without them is not a start for a fit.
     let sides = [asymmetric.positive, asymmetric.negative];
-    if !sides.iter().all(|s| s.kinetic_torque > 0.0 && s.viscous_friction > 0.0) {
+    let is_positive = sides.iter().all(|s| s.kinetic_torque > 0.0 && s.viscous_friction > 0.0);
+    if !(asymmetric.inertia > 0.0 && is_positive) {
         return Ok(fits);
     }
     let range = range.start.max(2)..range.end;

@@ -8,11 +8,11 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 use stickslip_core::friction::{Decay, Stribeck};
-use stickslip_core::scalar::{Dual, Scalar};
+use stickslip_core::scalar::{Dual, Lanes, Scalar};
 
 use super::axis::{AxisModel, Bristles, Loop};
 use stickslip_base::{Error, Watch};
-use stickslip_fit::{LongRun, Stop, minimise};
+use stickslip_fit::{LongRun, Stop, TRIALS, minimise_side_by_side};
 
 /// Names of the parameters, in order.
 pub const CLOSED_LOOP: [&str; 12] = [
@@ -81,25 +81,19 @@ pub(super) fn refine<const N: usize>(
     skip: usize,
     watch: &Watch,
 ) -> Result<Refined, Error> {
-    let residuals = |around: &Loop<'_>, p: [Dual<N>; N]| -> Result<Vec<Dual<N>>, Error> {
-        let mut p = p;
-        if let Some(inertia) = around.motion.inertia {
-            p[0] = Dual::of(inertia);
-        }
-        let run = around.simulate(&model(p, start.offset), range.clone(), watch)?;
-        let pairs = run.command.iter().zip(&around.signals.command[range.clone()]).skip(skip);
-        Ok(pairs.map(|(predicted, measured)| *predicted - Dual::of(*measured)).collect())
-    };
-    // Most of the way in coarse steps, in a fraction of the time. Stick makes the sum of squares rough: below 1e-5 of
-    // it (coarse) and 1e-4 (near the end) a search makes no progress, and the remaining error is far below the
-    // parameters' errors.
+    // Derivatives come from coarse steps, in a fraction of the time, and most of the way the residuals as well; near the
+    // end the residuals of the fine ones count. Stick makes the sum of squares rough: below 1e-3 of it (coarse) and 1e-4
+    // (near the end) a search makes no progress, and the remaining error is far below the parameters' errors.
     let coarse = Loop { sub_steps: around.sub_steps.div_ceil(5), ..*around };
-    let free = [[0.0, f64::INFINITY]; N];
-    let near =
-        minimise(parameters(start), free, Stop { step: 1e-6, fall: 1e-5, evaluations: 40 }, |p| residuals(&coarse, p))?;
-    let stop = Stop { step: 1e-6, fall: 1e-4, evaluations: 10 };
-    let best = minimise(near.parameters, free, stop, |p| residuals(around, p))?.parameters;
-    let slopes = residuals(&coarse, std::array::from_fn(|i| Dual::variable(best[i], i)))?;
+    let part = (range, skip);
+    let slopes = |p: [Dual<N>; N]| residuals(&coarse, p, start.offset, &part, watch);
+    let mut best = parameters(start);
+    for (around, fall) in [(&coarse, 1e-3), (around, 1e-4)] {
+        let stop = Stop { step: 1e-6, fall, evaluations: 20 };
+        let trials = |p: [Lanes<f64, TRIALS>; N]| residuals(around, p, start.offset, &part, watch);
+        best = minimise_side_by_side(best, [[0.0, f64::INFINITY]; N], stop, trials, slopes)?.parameters;
+    }
+    let slopes = slopes(std::array::from_fn(|i| Dual::variable(best[i], i)))?;
     let (shares, critical) = errors(&best, &slopes, around.motion.inertia.is_some());
     Ok(Refined {
         model: model(best, start.offset),
@@ -111,6 +105,22 @@ pub(super) fn refine<const N: usize>(
             .map(|(p, s)| [p / libm::exp(critical * s), p * libm::exp(critical * s)])
             .collect(),
     })
+}
+
+/// Predicted minus recorded command over a range of samples, without the first `skip` of them.
+fn residuals<const N: usize, T: Scalar>(
+    around: &Loop<'_>,
+    mut p: [T; N],
+    offset: f64,
+    (range, skip): &(Range<usize>, usize),
+    watch: &Watch,
+) -> Result<Vec<T>, Error> {
+    if let Some(inertia) = around.motion.inertia {
+        p[0] = T::of(inertia);
+    }
+    let run = around.simulate(&model(p, offset), range.clone(), watch)?;
+    let pairs = run.command.iter().zip(&around.signals.command[range.clone()]).skip(*skip);
+    Ok(pairs.map(|(predicted, measured)| *predicted - T::of(*measured)).collect())
 }
 
 /// Standard errors of the logarithms, and the half-width of a 95 % interval in them.

@@ -41,6 +41,10 @@ impl Step {
         inertia.chain(self.solved.coefficients().iter().copied()).collect()
     }
 
+    fn relative_error(&self) -> f64 {
+        self.solved.relative_error() * self.known.map_or(1.0, |(_, share)| share)
+    }
+
     fn fit(&self) -> LinearFit {
         let mut fit = self.solved.fit();
         if let Some((inertia, share)) = self.known {
@@ -84,11 +88,55 @@ impl Balance<'_> {
         wide
     }
 
-    /// The iteration of [`solve`](Self::solve); `present`: the delay has the present motion for its instrument.
+    /// ‖residuals‖ / ‖measured‖ of the balance over a range of samples, with held timing.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub(crate) fn relative_error(&self, terms: &Terms, range: &Range<usize>) -> Result<f64, Error> {
+        Ok(self.settle(terms.with(terms.timing.fixed()), range, false)?.0.relative_error())
+    }
+
+    /// The iteration to its end, with the errors of its last step; see [`settle`](Self::settle).
     fn iterate(&self, terms: &Terms, range: &Range<usize>, present: bool) -> Result<Solved, Error> {
-        const ITERATIONS: usize = 25;
-        let mut terms = terms.clone();
         let count = terms.count();
+        let (step, terms, rows) = self.settle(terms.clone(), range, present)?;
+        let mut fit = step.fit();
+        enlarge(&mut fit, ENLARGED[usize::from(self.is_past)] * if terms.load { LOAD } else { 1.0 });
+        let values = [terms.timing.total(), 0.5 * terms.timing.lag.powi(2)];
+        for (k, value) in values.into_iter().enumerate().take(terms.timing.count()) {
+            let change = fit.coefficients[count + k];
+            if change.is_nan() || change.abs() > 1.0 {
+                return Err(stickslip_fit::FitError::Dependent { smallest: 0.0 }.into());
+            }
+            // The last columns are changes.
+            let to_value = value - fit.coefficients[count + k];
+            fit.coefficients[count + k] += to_value;
+            fit.ci95[count + k].iter_mut().for_each(|bound| *bound += to_value);
+        }
+        if terms.timing.count() > 0 {
+            // A wave passes the low-pass as stated at a constant speed only.
+            let own = 0.5 * (fit.ci95[count][1] - fit.ci95[count][0]);
+            let floor = DELAY_FLOOR[usize::from(self.is_past)];
+            widen(&mut fit, count, if terms.waves.is_empty() { floor } else { floor.hypot(WAVES * own) });
+            if self.is_past {
+                add(&mut fit, count, FED_BACK);
+            }
+        }
+        Ok(Solved { fit, rows, terms })
+    }
+
+    /// The last step of the iteration, its terms and its rows. `present`: the delay has the present motion for its
+    /// instrument.
+    fn settle(
+        &self,
+        mut terms: Terms,
+        range: &Range<usize>,
+        present: bool,
+    ) -> Result<(Step, Terms, Vec<usize>), Error> {
+        const ITERATIONS: usize = 25;
+        let count = terms.count();
+        // Without timing and load nothing depends on the coefficients.
+        let is_linear = terms.timing.count() == 0 && !terms.load;
         let mut coefficients: Option<Vec<f64>> = None;
         let mut solved = None;
         let (mut damping, mut swing) = (1.0, 0.0);
@@ -112,33 +160,11 @@ impl Balance<'_> {
             let advance = |k: usize| damping * change(k).clamp(-5.0, 5.0);
             terms.timing.advance(advance(0), advance(1));
             solved = Some(step);
-            if settled {
+            if settled || is_linear {
                 break;
             }
         }
-        let mut fit = solved.expect("there is an iteration").fit();
-        enlarge(&mut fit, ENLARGED[usize::from(self.is_past)] * if terms.load { LOAD } else { 1.0 });
-        let values = [terms.timing.total(), 0.5 * terms.timing.lag.powi(2)];
-        for (k, value) in values.into_iter().enumerate().take(terms.timing.count()) {
-            let change = fit.coefficients[count + k];
-            if change.is_nan() || change.abs() > 1.0 {
-                return Err(stickslip_fit::FitError::Dependent { smallest: 0.0 }.into());
-            }
-            // The last columns are changes.
-            let to_value = value - fit.coefficients[count + k];
-            fit.coefficients[count + k] += to_value;
-            fit.ci95[count + k].iter_mut().for_each(|bound| *bound += to_value);
-        }
-        if terms.timing.count() > 0 {
-            // A wave passes the low-pass as stated at a constant speed only.
-            let own = 0.5 * (fit.ci95[count][1] - fit.ci95[count][0]);
-            let floor = DELAY_FLOOR[usize::from(self.is_past)];
-            widen(&mut fit, count, if terms.waves.is_empty() { floor } else { floor.hypot(WAVES * own) });
-            if self.is_past {
-                add(&mut fit, count, FED_BACK);
-            }
-        }
-        Ok(Solved { fit, rows, terms })
+        Ok((solved.expect("there is an iteration"), terms, rows))
     }
 
     /// One step of Gauss-Newton; without coefficients of the step before, delay and lag are held.
@@ -168,7 +194,8 @@ impl Balance<'_> {
             };
             fill(&self.track, force, &mut columns);
             if let Some(caused) = &self.caused {
-                fill(caused, before.map_or(force, |before| self.required(terms, before, row)), &mut instruments);
+                let required = before.filter(|_| terms.load).map(|before| self.required(terms, before, row));
+                fill(caused, required.unwrap_or(force), &mut instruments);
                 if present && extra > 0 {
                     instruments[count].pop();
                     instruments[count].extend(columns[count].last());

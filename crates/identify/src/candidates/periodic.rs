@@ -74,10 +74,7 @@ pub(super) fn search(balance: &Balance<'_>, terms: &Terms) -> Option<Vec<Wave>> 
         let waves = numbers.iter().map(|number| balance.wave(*number));
         Terms { waves: terms.waves.iter().copied().chain(waves).collect(), ..terms.clone() }
     };
-    let cost = |number: f64| {
-        let terms = with(&[number]);
-        balance.solve(&terms, &balance.whole()).map_or(f64::INFINITY, |solved| solved.fit.relative_error)
-    };
+    let cost = |number: f64| balance.relative_error(&with(&[number]), &balance.whole()).unwrap_or(f64::INFINITY);
     let middle = first + peak as f64 * step;
     let best = golden(middle - step, middle + step, cost);
     let (single, double) = (with(&[best]), with(&[best, 2.0 * best]));
