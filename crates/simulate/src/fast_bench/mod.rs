@@ -69,16 +69,26 @@ impl FastBench {
 
 impl<T: LaneNumber> FastBench<T> {
     /// The next tick under an order, with its own schedule.
-    pub fn tick(&mut self, mut order: Order<T>) -> TickOutput<T> {
+    pub fn tick(&mut self, order: Order<T>) -> TickOutput<T> {
+        self.tick_with(order, self.noise())
+    }
+
+    /// The same with the noise of the tick, as [`Normals::of_tick`] gives it.
+    pub(crate) fn tick_with(&mut self, mut order: Order<T>, noise: Noise<T>) -> TickOutput<T> {
         order.schedule(self.cycle, self.divider);
-        let input = BenchInput { order, external_torque: T::of(0.0), noise: self.noise() };
+        let input = BenchInput { order, external_torque: T::of(0.0), noise };
         let steps = self.ticks.steps(&self.normals[0], self.cycle);
         self.cycle += 1;
         T::tick(&self.bench, (steps, &self.glide), &mut self.state, input, T::of(self.dt))
     }
 
-    /// The noise of a tick; neighbours of the same seed share it.
-    fn noise(&self) -> Noise<T> {
+    /// The noise of all lanes, if it is the same.
+    pub(crate) fn common_noise(&self) -> Option<Normals> {
+        self.normals.iter().all(|normals| *normals == self.normals[0]).then_some(self.normals[0])
+    }
+
+    /// The noise of the next tick; neighbours of the same seed share it.
+    pub(crate) fn noise(&self) -> Noise<T> {
         let [first, ..] = self.normals;
         let (mut last, mut drawn) = (first, first.of_tick(self.cycle).map(&mut T::of));
         let mut noise = drawn;

@@ -1,7 +1,10 @@
 //! Manoeuvres of the benchmark, and their measures.
 
+mod inputs;
+mod run;
 mod scores;
 
+pub use run::{Lane, run_in_lanes, run_with, simulated_time};
 pub use scores::Scores;
 
 use std::f64::consts::TAU;

@@ -12,7 +12,7 @@ use stickslip_software::supervise::Fault;
 
 use super::PROGRAM;
 use super::loaded::Loaded;
-use super::run::{Lane, run_in_lanes};
+use super::{Lane, run_in_lanes};
 use stickslip_base::parameters::{self, presets};
 use stickslip_base::preset::{
     CompensationChoice, ControllerChoice, FilterChoice, Observation, Preset, ShaperChoice, StateFeedback,

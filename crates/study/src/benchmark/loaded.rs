@@ -7,10 +7,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use stickslip_core::control::AxisControlInput;
 use stickslip_software::supervise::Fault;
 
-use super::run::{Lane, run_with};
+use super::Lane;
 use stickslip_base::{Error, Watch};
 use stickslip_bench::external::{External, ExternalFile, read};
 use stickslip_simulate::manoeuvre::Course;
+use stickslip_simulate::manoeuvre::run_with;
 use stickslip_simulate::simulation::Sample;
 
 /// An opened file, with one instance for each concurrent run.

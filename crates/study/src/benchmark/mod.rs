@@ -15,16 +15,14 @@ mod friction;
 mod loaded;
 mod rank;
 mod report;
-mod run;
 mod served;
 mod study;
 
 pub use entrant::{Entrant, HOUSE, entrants};
 pub use friction::{FRICTIONS, FrictionCase, VARIATIONS, Variation};
 pub use rank::{Ranked, rank};
-pub use run::{Lane, run_in_lanes, simulated_time};
 pub use served::{BENCH, EntrantOnBench, Follow, run_on_bench};
-pub use stickslip_simulate::manoeuvre::{MANOEUVRES, Manoeuvre, Measure};
+pub use stickslip_simulate::manoeuvre::{Lane, MANOEUVRES, Manoeuvre, Measure, run_in_lanes, simulated_time};
 pub use study::{CellResult, Outcome, Plan, run_plan};
 
 /// Program and version of the results: another version may compute other numbers.

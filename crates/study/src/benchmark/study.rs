@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-use super::run::{Lane, simulated_time};
 use super::{Entrant, FRICTIONS, FrictionCase, MANOEUVRES, Manoeuvre, PROGRAM, VARIATIONS, Variation};
+use super::{Lane, simulated_time};
 use stickslip_base::parallel::map;
 use stickslip_base::preset::{ControllerChoice, Preset};
 use stickslip_base::{Error, Watch, output, parameters};

@@ -1,15 +1,15 @@
-//! One entrant in one manoeuvre, on one machine or on several side by side.
+//! A manoeuvre on one machine, or on several side by side.
 
-use stickslip_core::control::reference::{Generator, Reference, Setpoint};
+use stickslip_core::control::reference::{Reference, Setpoint};
 use stickslip_core::tick::{Order, Tick};
 
-use super::Manoeuvre;
+use super::inputs::{Inputs, Path};
+use super::{Course, Manoeuvre};
+use crate::fast_bench::{FastBench, LANES, LaneNumber, vectors};
+use crate::simulation::{DelayedTorque, Sample, sample};
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
 use stickslip_design::software;
-use stickslip_simulate::fast_bench::{FastBench, LANES, LaneNumber, vectors};
-use stickslip_simulate::manoeuvre::Course;
-use stickslip_simulate::simulation::{DelayedTorque, Sample, sample};
 
 /// Time at rest before the manoeuvre [s].
 const REST: f64 = 0.3;
@@ -31,7 +31,10 @@ pub struct Lane<'a> {
 
 /// Runs a manoeuvre with the torque of an external controller: from a sample to a torque [N m], or `None`, with which
 /// the run fails.
-pub(crate) fn run_with(
+///
+/// # Errors
+/// A refused machine; [`Error::Cancelled`].
+pub fn run_with(
     lane: Lane<'_>,
     controller: &mut dyn FnMut(&Sample) -> Option<f64>,
     watch: &Watch,
@@ -109,6 +112,10 @@ impl<'a> Run<'a> {
         Ok((bench, Run { preset, tick, reference, divider, rest, cycles: rest + in_samples(duration) }))
     }
 
+    fn path(&self) -> Path {
+        Path { reference: self.reference, rest: self.rest, cycles: self.cycles, rate: self.preset.bench.tick_rate }
+    }
+
     fn begins_sample(&self, cycle: u64) -> bool {
         cycle >= self.rest && (cycle - self.rest).is_multiple_of(self.divider)
     }
@@ -117,33 +124,6 @@ impl<'a> Run<'a> {
     fn is_within_limits(&self, deviation: f64, velocity: f64) -> bool {
         let safety = &self.preset.bench.safety;
         deviation.abs() <= safety.following_error && velocity.abs() <= safety.speed
-    }
-}
-
-/// Set-points of runs with the same reference.
-struct Path {
-    reference: Reference<f64>,
-    /// Ticks at rest before.
-    rest: u64,
-    setpoints: Generator<'static>,
-    now: Setpoint<f64>,
-}
-
-impl Path {
-    /// The path of each run, and all paths.
-    fn of(runs: &[Run<'_>]) -> (Vec<usize>, Vec<Path>) {
-        let mut paths: Vec<Path> = Vec::new();
-        let place = |run: &Run<'_>| {
-            let (reference, rest, rate) = (run.reference, run.rest, run.preset.bench.tick_rate);
-            let setpoints = Generator::new(reference, rate);
-            // Runs side by side have the same tick rate.
-            let known = paths.iter().position(|path| path.reference == reference && path.rest == rest);
-            known.unwrap_or_else(|| {
-                paths.push(Path { reference, rest, setpoints, now: Setpoint::default() });
-                paths.len() - 1
-            })
-        };
-        (runs.iter().map(place).collect(), paths)
     }
 }
 
@@ -159,7 +139,7 @@ fn follow<T: LaneNumber>(
 ) -> Result<Vec<Option<Course>>, Error> {
     let start = |run: &Run<'_>| Some(Course { period: run.preset.bench.control_period(), ..Course::default() });
     let mut courses: Vec<Option<Course>> = runs.iter().map(start).collect();
-    let (places, mut paths) = Path::of(runs);
+    let mut inputs = Inputs::of(&runs.iter().map(Run::path).collect::<Vec<_>>(), &bench);
     let mut order = Order { control: T::of(f64::from(u8::from(torque.is_none()))), ..Order::default() };
     for cycle in 0..runs.iter().map(|run| run.cycles).max().unwrap_or(0) {
         if cycle % 8192 == 0 {
@@ -167,15 +147,12 @@ fn follow<T: LaneNumber>(
         }
         // Before the tick: the true state for its set-point.
         let (angle, velocity) = (bench.true_state().plant.machine.angle, bench.true_state().plant.machine.velocity);
-        for path in paths.iter_mut().filter(|path| cycle >= path.rest) {
-            path.now = path.setpoints.next();
-        }
+        let (setpoint, noise) = inputs.next(cycle, &bench);
+        order.reference = setpoint;
         let mut any = false;
         for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
             let Some(moving) = course.as_mut().filter(|_| cycle < run.cycles) else { continue };
-            let setpoint = paths[places[lane]].now;
-            put(&mut order.reference, lane, setpoint);
-            let (deviation, velocity) = (setpoint.position - angle.lane(lane), velocity.lane(lane));
+            let (deviation, velocity) = (order.reference.position.lane(lane) - angle.lane(lane), velocity.lane(lane));
             if !run.is_within_limits(deviation, velocity) {
                 *course = None;
                 continue;
@@ -195,7 +172,7 @@ fn follow<T: LaneNumber>(
                 None => return Ok(vec![None; courses.len()]),
             }
         }
-        bench.tick(order);
+        bench.tick_with(order, noise);
         let commanded = bench.true_state().tick.commanded_torque + order.added_torque;
         for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
             if let Some(course) = course.as_mut().filter(|_| cycle < run.cycles && run.begins_sample(cycle)) {
@@ -204,12 +181,6 @@ fn follow<T: LaneNumber>(
         }
     }
     Ok(courses)
-}
-
-fn put<T: LaneNumber>(all: &mut Setpoint<T>, lane: usize, one: Setpoint<f64>) {
-    all.position = all.position.with_lane(lane, one.position);
-    all.velocity = all.velocity.with_lane(lane, one.velocity);
-    all.acceleration = all.acceleration.with_lane(lane, one.acceleration);
 }
 
 #[cfg(test)]
@@ -247,7 +218,7 @@ mod tests {
                     5 => assert!(
                         matches!(
                             together.as_ref().err().and_then(|error| error.of()),
-                            Some(stickslip_simulate::SimulateError::StepTooLarge { .. })
+                            Some(crate::SimulateError::StepTooLarge { .. })
                         ),
                         "{together:?}"
                     ),
