@@ -1,9 +1,11 @@
 //! Contents of a preset file: the virtual machine, the controller's model of it, and the settings of the bench.
 
+mod amplifier;
 mod compensation;
 mod controller;
 
 use crate::stability::check_step;
+pub use amplifier::delay;
 pub use compensation::{
     AdaptiveChoice, AssumedFriction, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
     FrictionObserverChoice, FriedlandParkChoice, NetworkChoice,
@@ -57,6 +59,9 @@ pub struct Model<T> {
     /// Lag of the servo amplifier alone. The difference to `drive_lag` is the lag of the tacho.
     #[field(symbol = "τ_s", unit = "s", range = 2e-5..=2e-2, default = 0.32e-3)]
     pub servo_lag: T,
+    /// Delay between command and torque of the drive motor, without the software's tick. At most 8 ticks.
+    #[field(symbol = "T_t", unit = "s", range = 0.0..=20e-3)]
+    pub servo_delay: T,
     /// Noise of the tacho at the converter, RMS.
     #[field(symbol = "σ_u", unit = "V", range = 0.0..=1.0, default = 3e-3)]
     pub tacho_noise: T,
@@ -255,6 +260,7 @@ impl Preset<f64> {
     fn check(&self) -> Result<(), ParameterError> {
         let step = self.bench.plant_steps().1;
         check_step(&self.plant, step).map_err(|error| ParameterError { field: "bench.plant_step", ..error })?;
+        self.check_delays()?;
         let jitter = self.plant.tick_jitter;
         if jitter > 0.0 {
             let remedy = "Jitter is a number of whole steps of the virtual machine: choose a step that is not longer \

@@ -74,12 +74,6 @@ pub enum BenchError {
         /// Available faults.
         remedy: String,
     },
-    /// The virtual machine, with a bench for an amplifier that takes a torque.
-    #[error(
-        "bench.torque_amplifier is set, but the load amplifier of the virtual machine takes a voltage. For the virtual \
-         machine use --set bench.torque_amplifier=false; servo drives need --io ethercat:INTERFACE."
-    )]
-    TorqueAmplifier,
     /// Servo drives, with a bench for an amplifier that takes a voltage.
     #[error(
         "servo drives take a torque, but bench.torque_amplifier is not set. Use --set bench.torque_amplifier=true: the \

@@ -161,7 +161,7 @@ pub trait Bench {
     /// Errors of the design of the current control.
     fn set_law(&mut self, law: Law<f64>) -> Result<(), Error> {
         let mut parameters = *self.parameters();
-        parameters.tick.current = design::bench_current_control(&law, self.model(), self.settings())?;
+        parameters.tick.current = design::load_current_control(&law, self.model(), self.settings())?;
         parameters.tick.law = law;
         self.change(Change::Parameters(parameters))
     }

@@ -119,16 +119,6 @@ mod tests {
     }
 
     #[test]
-    fn a_law_that_needs_the_voltage_of_the_amplifier_is_refused() {
-        let mut preset = preset();
-        let law = stickslip_core::render::Law::Admittance(Default::default());
-        let refusal = design::bench_current_control(&law, &preset.model, &preset.bench).unwrap_err();
-        assert!(refusal.to_string().contains("karnopp"), "{refusal}");
-        preset.bench.torque_amplifier = 0.0;
-        design::bench_current_control(&law, &preset.model, &preset.bench).unwrap();
-    }
-
-    #[test]
     fn readings_have_the_signs_of_the_screw() {
         let servo = ServoScaling::new(&preset()).unwrap();
         let readings = servo.readings(ServoSignals { count: -1, load_torque: -0.0934, ..ServoSignals::default() });
@@ -141,7 +131,5 @@ mod tests {
         let preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
         let refusal = ServoScaling::new(&preset).unwrap_err().to_string();
         assert!(refusal.contains("--set bench.torque_amplifier=true"), "{refusal}");
-        let refusal = crate::InProcess::new(&self::preset(), 1).unwrap_err().to_string();
-        assert!(refusal.contains("bench.torque_amplifier=false"), "{refusal}");
     }
 }

@@ -1,10 +1,10 @@
 //! The virtual machine in this process, faster than real time.
 
-use stickslip_core::plant::{GlidingMachine, Machine, Plant, PlantInput, PlantState};
+use stickslip_core::block::Block as _;
+use stickslip_core::plant::{GlidingMachine, InputDelays, InputDelaysState, Machine, Plant, PlantInput, PlantState};
 use stickslip_core::snapshot::{StateVisitor, count, fields};
 use stickslip_core::tick::Measurement;
 
-use super::BenchError;
 use super::io::{Io, check_preload};
 use super::lockstep::LockstepBench;
 use super::remote::LinkFault;
@@ -18,6 +18,8 @@ use stickslip_software::cycle::Voltages;
 pub struct InProcess {
     machine: GlidingMachine<f64>,
     state: PlantState<f64>,
+    delays: InputDelays<f64>,
+    waiting: InputDelaysState<f64>,
     normals: Normals,
     ticks: Ticks,
     /// Step of the virtual machine [s].
@@ -30,7 +32,7 @@ impl InProcess {
     /// The machine of a preset, at rest, with its first readings. In steady sliding it takes long steps.
     ///
     /// # Errors
-    /// A step too long for the virtual machine; [`BenchError::TorqueAmplifier`].
+    /// A step too long for the virtual machine; a delay of more than 8 ticks.
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<(Self, Measurement<f64>), Error> {
         Self::of(preset, seed, GlidingMachine::new)
     }
@@ -40,17 +42,17 @@ impl InProcess {
         seed: u64,
         machine: fn(Machine<f64>, f64) -> GlidingMachine<f64>,
     ) -> Result<(Self, Measurement<f64>), Error> {
-        if preset.bench.torque_amplifier > 0.5 {
-            return Err(BenchError::TorqueAmplifier.into());
-        }
         let (steps, step) = preset.bench.plant_steps();
-        let machine = machine(integrator::prepare(&preset.plant, steps, step)?, step);
+        let machine = machine(integrator::prepare(&preset.bench.amplified(&preset.plant), steps, step)?, step);
+        let delays = preset.bench.input_delays(&preset.plant)?;
+        let waiting = InputDelaysState::default();
         let ticks = Ticks::new(steps, step, preset.plant.tick_jitter);
         let mut state = PlantState::default();
         state.machine.angle = preset.plant.start_angle;
         // One tick at rest fills the pickups and gives the first readings.
         let readings = machine.take(steps, &mut state, PlantInput::default(), step);
-        Ok((InProcess { machine, state, normals: Normals::new(seed), ticks, step, cycle: 0 }, readings))
+        let normals = Normals::new(seed);
+        Ok((InProcess { machine, state, delays, waiting, normals, ticks, step, cycle: 0 }, readings))
     }
 }
 
@@ -62,6 +64,7 @@ impl Io for InProcess {
             external_torque: 0.0,
             noise: self.normals.of_tick(self.cycle),
         };
+        let acting = self.delays.step(&mut self.waiting, acting, 0.0);
         let steps = self.ticks.steps(&self.normals, self.cycle);
         self.cycle += 1;
         Ok(integrator::take(&self.machine, steps, &mut self.state, &acting, self.step))
@@ -73,11 +76,12 @@ impl Io for InProcess {
 
     fn keep(&mut self, keep: &mut dyn StateVisitor) {
         // Its parts and the seed are given by the preset and the run.
-        let InProcess { machine, state, normals: _, ticks: _, step: _, cycle } = self;
+        let InProcess { machine, state, delays: _, waiting, normals: _, ticks: _, step: _, cycle } = self;
         let mut preload = machine.short.parts.plant.wheel.preload;
         keep.number(&mut preload);
         machine.set_preload(preload);
         fields(keep, state);
+        fields(keep, waiting);
         count(keep, cycle);
     }
 

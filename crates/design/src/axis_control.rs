@@ -71,7 +71,7 @@ pub fn torque_filter(model: &Model<f64>, settings: &Settings<f64>) -> TorqueFilt
 /// Delay from a sample to its torque [s]: it acts in the next sample, on average in its middle, after the servo
 /// amplifier.
 pub fn preview(model: &Model<f64>, settings: &Settings<f64>) -> f64 {
-    1.5 * settings.control_period() + model.servo_lag
+    1.5 * settings.control_period() + model.servo_delay + model.servo_lag
 }
 
 /// Features of a set-point for a network, by the model of the machine: speeds around the Stribeck velocity, and the

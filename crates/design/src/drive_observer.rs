@@ -3,13 +3,13 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use nalgebra::DMatrix;
-use stickslip_core::drive::{TwoMass, Winding};
+use stickslip_core::drive::{Delay, TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, MotionObserver, ObserverGains};
 use stickslip_core::friction::Friction;
 
 use super::{discrete_lyapunov, kalman_filter, velocity_observer, zero_order_hold};
 use stickslip_base::Error;
-use stickslip_base::preset::{DriveModelTrust, Model, ObserverChoice, Settings};
+use stickslip_base::preset::{DriveModelTrust, Model, ObserverChoice, Settings, delay};
 
 /// Uncertainty of the model, as white noise on its rates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,6 +88,7 @@ pub fn drive_observer(
     settings: &Settings<f64>,
     trust: &Trust,
 ) -> Result<DriveObserver<f64>, Error> {
+    let model = &settings.amplified_model(model);
     corrected_drive(model, (settings.tick_time(), LONGEST_STEP), trust, Sensors::of(settings))
 }
 
@@ -140,7 +141,13 @@ pub(super) fn simulated_drive(
     let steps = steps_within(dt, longest);
     let step = dt / steps as f64;
     let observer = modelled_drive(model, step)?;
-    Ok(DriveObserver { steps, model: without_load_motor(model, friction, step), ..observer })
+    let model_without = without_load_motor(model, friction, step);
+    Ok(DriveObserver { steps, motor_delay: motor_delay(model, dt)?, model: model_without, ..observer })
+}
+
+/// The delay of the drive motor's torque in samples of `dt` [s].
+fn motor_delay(model: &Model<f64>, dt: f64) -> Result<Delay<f64>, Error> {
+    delay("delay of the servo amplifier in the model", model.servo_delay, dt)
 }
 
 /// The modelled drive with this friction on the load, in steps of this length [s], without current in the load motor.
@@ -167,7 +174,15 @@ fn corrected_drive(
     let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed, sensors));
     // The speed at which the ripple is as large as the tacho's error at standstill; without ripple both sets are equal.
     let ripple_velocity = (slow_tacho(model) / model.tacho_ripple).min(1e6);
-    Ok(DriveObserver { steps, gains: gains?, fast_gains: fast_gains?, ripple_velocity, ..observer })
+    Ok(DriveObserver {
+        steps,
+        motor_delay: motor_delay(model, dt)?,
+        load_delay: delay("delay of the load amplifier in the model", model.load_amplifier.delay, dt)?,
+        gains: gains?,
+        fast_gains: fast_gains?,
+        ripple_velocity,
+        ..observer
+    })
 }
 
 /// Lag of the tacho, the rest of the common lag after the servo amplifier [s].
@@ -175,7 +190,7 @@ pub(super) fn tacho_lag(model: &Model<f64>) -> f64 {
     (model.drive_lag - model.servo_lag).max(1e-6)
 }
 
-/// The modelled drive and its pickups, in steps of this length [s], without correction.
+/// The modelled drive and its pickups, in steps of this length [s], without correction and without delays.
 pub fn modelled_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64>, Error> {
     let own = model.own_bristles.under(model.own);
     let prepared = DriveModel::new(model.drive, model.load_motor, model.servo_lag, model.motor_friction, own, step);
@@ -187,6 +202,8 @@ pub fn modelled_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64
     Ok(DriveObserver {
         model: prepared,
         steps: 1,
+        motor_delay: Delay::default(),
+        load_delay: Delay::default(),
         tacho_share: 1.0 - libm::exp(-step / tacho_lag(model)),
         accelerometer: AccelerationSensor { carriage_ratio: model.drive.carriage_ratio(), flow: [row(0), row(1)] },
         gains: ObserverGains { current: 0.0, ..ObserverGains::default() },

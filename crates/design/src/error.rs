@@ -56,12 +56,6 @@ pub enum DesignError {
         /// The remedy.
         remedy: &'static str,
     },
-    /// A law that predicts the load current from the voltage, with an amplifier that takes a torque.
-    #[error(
-        "this law predicts the current of the load motor from the voltage of its amplifier, but bench.torque_amplifier is \
-         set. Use bench.law.kind = \"paper\", \"smooth\" or \"karnopp\"."
-    )]
-    VoltageLaw,
     /// A desired friction outside the renderable region.
     #[error("{0}")]
     NotRenderable(Box<crate::Verdict>),

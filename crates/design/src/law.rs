@@ -7,8 +7,8 @@ use crate::{Trust, difference_torque, drive_observer};
 use stickslip_base::Error;
 use stickslip_base::preset::{LawChoice, Model, ObserverChoice, Settings};
 
-/// Prediction horizon of the drive from the next tick, when a voltage starts to act: to the middle of the sample in
-/// which the current reaches its reference [samples].
+/// Prediction horizon of the drive from the tick in which a voltage starts to act: to the middle of the sample in which
+/// the current reaches its reference [samples].
 const AHEAD: f64 = 1.5;
 
 /// The rendering law named by `settings.law`, for the model of the machine. `None` for `auto`, which requires
@@ -30,7 +30,12 @@ pub fn named_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<
     };
     let rendered = settings.desired_bristles.under(desired);
     let bristle = |observer| {
-        Law::Bristle(BristleDifference { ahead: ahead(&observer), observer, desired: rendered, torque_limit })
+        Law::Bristle(BristleDifference {
+            ahead: ahead(&observer, model, settings),
+            observer,
+            desired: rendered,
+            torque_limit,
+        })
     };
     Ok(Some(match settings.law {
         LawChoice::Paper => Law::Paper(paper),
@@ -54,7 +59,7 @@ pub fn named_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<
         LawChoice::Admittance(tracking) => {
             let observer = observer(tracking.missing_torque)?;
             Law::Admittance(Admittance {
-                ahead: ahead(&observer),
+                ahead: ahead(&observer, model, settings),
                 observer,
                 desired: rendered,
                 bandwidth: tracking.bandwidth,
@@ -65,7 +70,17 @@ pub fn named_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<
     }))
 }
 
-/// Steps of the observer's model from the start of the prediction to its end.
-fn ahead(observer: &DriveObserver<f64>) -> (usize, usize) {
-    (0, (AHEAD * observer.steps as f64).round() as usize)
+/// Steps of the observer's model from the tick in which a command acts to the start and to the end of the interval over
+/// which its torque acts.
+fn ahead(observer: &DriveObserver<f64>, model: &Model<f64>, settings: &Settings<f64>) -> (usize, usize) {
+    let late = observer.load_delay.fraction();
+    let [start, end] = if settings.torque_amplifier > 0.5 {
+        // The held torque, as much later as the drive lags.
+        let lag = model.load_amplifier.lag * settings.tick_rate;
+        [late + lag, late + lag + 1.0]
+    } else {
+        [late, late + AHEAD]
+    };
+    let steps = |samples: f64| (samples * observer.steps as f64).round() as usize;
+    (steps(start), steps(end).max(steps(start) + 1))
 }

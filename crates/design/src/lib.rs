@@ -63,7 +63,7 @@ pub use region::{Band, Bound, CAUTION, FASTEST, Feasible, Limit, Passage, Region
 pub use riccati::{
     KalmanFilter, Regulator, continuous_regulator, kalman_bucy_filter, kalman_filter, linear_quadratic_regulator,
 };
-pub use software::{bench_current_control, brake, difference_torque, load_current_control, parameters, software};
+pub use software::{brake, difference_torque, load_current_control, parameters, software};
 pub use state_feedback::state_feedback;
 pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 

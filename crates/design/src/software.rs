@@ -1,25 +1,18 @@
 //! The software of the bench for a model of the machine.
 
 use stickslip_core::control::{Cascade, CurrentControl};
-use stickslip_core::drive::Winding;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use stickslip_core::tick::Tick;
 use stickslip_software::cycle::Parameters;
 use stickslip_software::supervise::Brake;
 
-use super::{
-    DesignError, arm_rendering, axis_control, current_control, motion_observer, predictive_current_control,
-    speed_holder,
-};
+use super::{arm_rendering, axis_control, current_control, motion_observer, predictive_current_control, speed_holder};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
 /// Share of a current's deviation corrected in a sample.
 const SHARE: f64 = 0.7;
-
-/// Resistance in the current control of an amplifier that takes a torque [Ω].
-const DIRECT: f64 = 1e6;
 
 /// The software for the model of the machine and the settings of the bench; the rendering law is off.
 ///
@@ -44,24 +37,12 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
 /// # Errors
 /// As [`software`] and [`brake`].
 pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parameters<f64>, Error> {
-    let current = bench_current_control(&Law::Off, model, settings)?;
-    let observer = motion_observer(&observed(model, settings), settings)?;
     Ok(Parameters {
-        tick: Tick { current, observer, ..software(model, settings)? },
+        tick: software(model, settings)?,
         safety: settings.safety,
         brake: brake(model, settings)?,
         drive_torque_constant: model.motor.torque_constant,
     })
-}
-
-/// The model as the observer of the bench needs it: behind an amplifier that takes a torque the current follows its
-/// reference with the lag of the servo amplifier.
-fn observed(model: &Model<f64>, settings: &Settings<f64>) -> Model<f64> {
-    if settings.torque_amplifier < 0.5 {
-        return *model;
-    }
-    let load_motor = Winding { resistance: DIRECT, inductance: DIRECT * model.servo_lag.max(1e-5), ..model.load_motor };
-    Model { load_motor, ..*model }
 }
 
 /// The brake of supervision, as stiff as [`speed_holder`] at the tacho. The encoder is behind the coupling: there the
@@ -71,7 +52,7 @@ fn observed(model: &Model<f64>, settings: &Settings<f64>) -> Model<f64> {
 /// As [`speed_holder`].
 pub fn brake(model: &Model<f64>, settings: &Settings<f64>) -> Result<Brake<f64>, Error> {
     let Model { drive, scaling, .. } = model;
-    let tacho_gain = speed_holder(Cascade::default(), drive, model.drive_lag, settings.tick_time())?.velocity_gain;
+    let tacho_gain = speed_holder(Cascade::default(), drive, model.loop_lag(), settings.tick_time())?.velocity_gain;
     let resonance = drive.vibration();
     Ok(Brake {
         inertia: drive.inertia(),
@@ -81,7 +62,8 @@ pub fn brake(model: &Model<f64>, settings: &Settings<f64>) -> Result<Brake<f64>,
     })
 }
 
-/// Current control of the load motor under a law: predictive where the law's observer predicts the current, else PI.
+/// Current control of the load motor under a law: predictive where the law's observer predicts the current, else PI. An
+/// amplifier that takes a torque has its own: its input is the reference of the current, 1 V for 1 A.
 ///
 /// # Errors
 /// Errors of [`current_control`].
@@ -90,14 +72,25 @@ pub fn load_current_control(
     model: &Model<f64>,
     settings: &Settings<f64>,
 ) -> Result<CurrentControl<f64>, Error> {
-    let (winding, dt) = (&model.load_motor, settings.tick_time());
+    let Model { load_motor: winding, load_amplifier: amplifier, .. } = settings.amplified_model(model);
+    let dt = settings.tick_time();
     let base = CurrentControl {
         torque_constant: winding.torque_constant,
-        current_limit: model.load_amplifier.current_limit,
-        voltage_limit: model.load_amplifier.supply_voltage,
-        amplifier_gain: model.load_amplifier.gain,
+        current_limit: amplifier.current_limit,
+        voltage_limit: amplifier.supply_voltage,
+        amplifier_gain: amplifier.gain,
         ..CurrentControl::default()
     };
+    if settings.torque_amplifier > 0.5 {
+        // u = K_p·(i_ref − i) + R·i with K_p = R: the reference itself.
+        return Ok(CurrentControl {
+            proportional_gain: winding.resistance,
+            resistance: winding.resistance,
+            integral_gain: 0.0,
+            converter_limit: amplifier.current_limit,
+            ..base
+        });
+    }
     match law {
         Law::Bristle(_) | Law::Admittance(_) => {
             predictive_current_control(base, winding.resistance, winding.inductance, SHARE, dt)
@@ -106,36 +99,6 @@ pub fn load_current_control(
             current_control(base, winding.resistance, winding.inductance, dt)
         }
     }
-}
-
-/// The same for the amplifier of the bench. One that takes a torque has its own current control: its input is the
-/// reference of the current, 1 V for 1 A. Simulations assume that it is as fast as ours.
-///
-/// # Errors
-/// As [`load_current_control`]; [`DesignError::VoltageLaw`].
-pub fn bench_current_control(
-    law: &Law<f64>,
-    model: &Model<f64>,
-    settings: &Settings<f64>,
-) -> Result<CurrentControl<f64>, Error> {
-    let control = load_current_control(law, model, settings)?;
-    if settings.torque_amplifier < 0.5 {
-        return Ok(control);
-    }
-    if matches!(law, Law::Bristle(_) | Law::Admittance(_)) {
-        return Err(DesignError::VoltageLaw.into());
-    }
-    // u = K_p·(i_ref − i) + R·i − K_L·Ω with K_p = R: at this resistance the back-EMF is nothing, and 1 V is 1 A.
-    let limit = control.current_limit;
-    Ok(CurrentControl {
-        proportional_gain: DIRECT,
-        resistance: DIRECT,
-        integral_gain: 0.0,
-        amplifier_gain: DIRECT,
-        voltage_limit: DIRECT * limit,
-        converter_limit: limit,
-        ..control
-    })
 }
 
 /// The paper's law for this desired characteristic, up to the torque of the load motor's largest current.

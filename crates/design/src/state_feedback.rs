@@ -182,6 +182,12 @@ impl SampledDrive {
     }
 }
 
+/// Lag of the drive motor's torque [s]. A delay counts as lag: up to the frequencies of a stable loop both have the same
+/// phase, and the observer needs no state for each sample of delay.
+fn torque_lag(model: &Model<f64>) -> f64 {
+    model.servo_lag + model.servo_delay
+}
+
 /// Rates of all states, and effect of the commanded torque on them; an arm's states follow those of the drive.
 fn rates(choice: &StateFeedback<f64>, model: &Model<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let arm = if let DampedArm::Elastic(arm) = &choice.arm { Some(&arm.believed) } else { None };
@@ -194,7 +200,7 @@ fn rates(choice: &StateFeedback<f64>, model: &Model<f64>) -> (DMatrix<f64>, DMat
     a[(VELOCITY, LOAD)] = -1.0 / drive.load_inertia;
     let lag = tacho_lag(model);
     (a[(TACHO, MOTOR_VELOCITY)], a[(TACHO, TACHO)]) = (1.0 / lag, -1.0 / lag);
-    a[(TORQUE, TORQUE)] = -1.0 / model.servo_lag;
+    a[(TORQUE, TORQUE)] = -1.0 / torque_lag(model);
     if let Some(arm) = arm {
         a[(VELOCITY, ARM_TWIST)] = arm.stiffness / drive.load_inertia;
         a[(VELOCITY, ARM_RATE)] = arm.damping / drive.load_inertia;
@@ -206,7 +212,7 @@ fn rates(choice: &StateFeedback<f64>, model: &Model<f64>) -> (DMatrix<f64>, DMat
         a[(ARM_RATE, ARM_RATE)] -= arm.damping / arm.inertia;
     }
     let mut b = DMatrix::<f64>::zeros(order, 1);
-    b[TORQUE] = 1.0 / model.servo_lag;
+    b[TORQUE] = 1.0 / torque_lag(model);
     (a, b)
 }
 
@@ -249,7 +255,7 @@ fn poles(target: &Poles<f64>, choice: &StateFeedback<f64>, model: &Model<f64>, d
     let mut poles = pair(target.bandwidth, target.damping, dt);
     poles.extend(pair(drive.vibration(), target.vibration_damping, dt));
     let real = |rate: f64| Complex::new(libm::exp(-rate * dt), 0.0);
-    poles.push(real(1.0 / model.servo_lag));
+    poles.push(real(1.0 / torque_lag(model)));
     if let DampedArm::Elastic(arm) = &choice.arm {
         poles.extend(pair(arm.believed.angular_frequency(), target.vibration_damping, dt));
     }

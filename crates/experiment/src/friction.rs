@@ -215,7 +215,7 @@ pub fn hold_speed(bench: &mut dyn Bench) -> Result<(), Error> {
     let (model, dt) = (*bench.model(), bench.settings().tick_time());
     let base =
         Cascade { torque_limit: model.scaling.torque_per_volt * model.scaling.servo_limit, ..Cascade::default() };
-    let holder = design::speed_holder(base, &model.drive, model.drive_lag, dt)?;
+    let holder = design::speed_holder(base, &model.drive, model.loop_lag(), dt)?;
     bench.set_controller(PositionController::Cascade(holder), 1)?;
     Ok(())
 }

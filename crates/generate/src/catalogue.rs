@@ -9,7 +9,7 @@ use stickslip_core::fields::Fields;
 use stickslip_core::friction::{
     Dahl, ElastoPlastic, Friction, FrictionElement, LuGre, MaxwellSlip, Model, Static, Stribeck,
 };
-use stickslip_core::plant::{Machine, VirtualMachine};
+use stickslip_core::plant::{InputDelays, Machine, VirtualMachine};
 use stickslip_core::render::{DifferenceTorque, Law};
 use stickslip_core::sensor::{Encoder, Pickups};
 use stickslip_core::tick::{Decoder, Tick, VirtualBench};
@@ -37,6 +37,7 @@ pub(super) struct Setup {
     tick: Tick<f64>,
     law: DifferenceTorque<f64>,
     machine: VirtualMachine<f64>,
+    delays: InputDelays<f64>,
     /// Tick [s].
     time: f64,
     /// Step of the virtual machine [s].
@@ -52,7 +53,10 @@ impl Setup {
             preset: *preset,
             tick: Tick { law: Law::Paper(law), ..design::software(&preset.model, settings)? },
             law,
-            machine: VirtualMachine { parts: integrator::prepare(&preset.plant, steps, plant_step)? },
+            machine: VirtualMachine {
+                parts: integrator::prepare(&settings.amplified(&preset.plant), steps, plant_step)?,
+            },
+            delays: settings.input_delays(&preset.plant)?,
             time: settings.tick_time(),
             plant_step,
         })
@@ -154,7 +158,7 @@ catalogue! {
     "pickups": Pickups, |s| s.machine.parts.pickups, s.plant_step;
     "machine": Machine, |s| s.machine.parts, s.plant_step;
     "plant": VirtualMachine, |s| s.machine, s.time;
-    "bench": VirtualBench, |s| VirtualBench { machine: s.machine, tick: s.tick }, s.time;
+    "bench": VirtualBench, |s| VirtualBench { machine: s.machine, delays: s.delays, tick: s.tick }, s.time;
 }
 
 /// The block's name as the catalogue has it.

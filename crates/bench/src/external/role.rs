@@ -145,7 +145,7 @@ pub(crate) fn enter(
         tick.control_period = active.control_period();
     } else {
         tick.law = law(external.then_some(role), model, settings)?;
-        tick.current = design::bench_current_control(&tick.law, model, &active)?;
+        tick.current = design::load_current_control(&tick.law, model, &active)?;
         tick.arm = design::arm_rendering(model, &active)?;
         tick.correction = Correction::Nothing;
     }

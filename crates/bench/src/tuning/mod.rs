@@ -379,7 +379,7 @@ impl Proposal {
         let (model, settings) = (&self.set.preset.model, self.settings());
         let mut parameters = design::parameters(model, &settings)?;
         parameters.tick.law = self.set.law;
-        parameters.tick.current = design::bench_current_control(&self.set.law, model, &settings)?;
+        parameters.tick.current = design::load_current_control(&self.set.law, model, &settings)?;
         parameters.tick.correction = correction;
         Ok(parameters)
     }

@@ -1,7 +1,7 @@
 //! The whole virtual bench: software and ten steps of the virtual machine a tick.
 
 use stickslip_core::friction::{ElastoPlastic, Model};
-use stickslip_core::plant::{Plant, VirtualMachine};
+use stickslip_core::plant::{InputDelays, Plant, VirtualMachine};
 use stickslip_core::render::Law;
 use stickslip_core::tick::{Tick, VirtualBench};
 
@@ -16,5 +16,6 @@ pub fn bench() -> VirtualBench<f64> {
     plant.screw_friction.model = Model::ElastoPlastic(ElastoPlastic::default());
     plant.wheel.friction.model = Model::ElastoPlastic(ElastoPlastic::default());
     let tick = Tick { law: Law::Paper(Default::default()), ..Tick::default() };
-    VirtualBench { machine: VirtualMachine { parts: plant.prepare(STEPS, TICK / STEPS as f64) }, tick }
+    let machine = VirtualMachine { parts: plant.prepare(STEPS, TICK / STEPS as f64) };
+    VirtualBench { machine, delays: InputDelays::default(), tick }
 }

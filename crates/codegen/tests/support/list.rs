@@ -7,13 +7,13 @@ use stickslip_core::control::{
     AxisControl, Cascade, CurrentControl, LimitStep, LimitSteps, LinearController, Notch, Pid, PositionController, Predictive,
     STATES, VelocityObserver,
 };
-use stickslip_core::drive::{ElasticArm, TwoMass, Winding};
+use stickslip_core::drive::{Delay, ElasticArm, TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, MotionObserver, ObserverGains};
 use stickslip_core::friction::{
     Bristles, Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, MaxwellSlip, Model, Position, Rest, Ripple, Rising,
     Static, Stribeck, Temperature, Warming,
 };
-use stickslip_core::plant::{Backlash, Gap, Machine, Plant};
+use stickslip_core::plant::{Backlash, Gap, InputDelays, Machine, Plant};
 use stickslip_core::render::{Admittance, ArmRendering, RenderedArm, BristleDifference, Karnopp, SmoothDifference, CorrectionTable, DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
@@ -110,6 +110,11 @@ fn network() -> NetworkFeedforward<f64> {
     NetworkFeedforward { network, fallback: FrictionFeedforward { friction: rendered(), ..FrictionFeedforward::default() } }
 }
 
+/// Delays of 2.4 ticks and of one tick.
+fn late() -> [Delay<f64>; 2] {
+    [2.4, 1.0].map(|samples| Delay::new(samples, 1.0).expect("a delay that can be stored"))
+}
+
 /// Gains of a stationary Kalman filter at this tick.
 fn observer() -> DriveObserver<f64> {
     let gains = ObserverGains {
@@ -126,7 +131,18 @@ fn observer() -> DriveObserver<f64> {
     };
     let accelerometer = AccelerationSensor { flow: [[0.79, 6.8e-5, 0.21], [-2.7e3, 0.19, 2.7e3]], ..AccelerationSensor::default() };
     let fast_gains = ObserverGains { tacho: [20.0, 1e-3, 6e-3], ..gains };
-    DriveObserver { model: modelled_drive(), steps: 2, tacho_share: 0.2, accelerometer, gains, fast_gains, ripple_velocity: 2.0 }
+    let [motor_delay, load_delay] = late();
+    DriveObserver {
+        model: modelled_drive(),
+        steps: 2,
+        motor_delay,
+        load_delay,
+        tacho_share: 0.2,
+        accelerometer,
+        gains,
+        fast_gains,
+        ripple_velocity: 2.0,
+    }
 }
 
 fn element(model: Model<f64>) -> FrictionElement<f64> {
@@ -218,6 +234,7 @@ agree!(arm_rendering, ArmRendering, arm(0.0), arm(1.0));
 agree!(smooth_difference, SmoothDifference, SmoothDifference::default());
 agree!(karnopp, Karnopp, Karnopp::default());
 agree!(drive_model, DriveModel, modelled_drive());
+agree!(input_delays, InputDelays, InputDelays { servo: late()[0], amplifier: late()[1] });
 agree!(drive_observer, DriveObserver, observer());
 agree!(
     bristle_difference,

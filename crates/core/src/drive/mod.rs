@@ -4,12 +4,14 @@
 //! those of the software's model: the equations are the same, the values are independent.
 
 mod arm;
+mod delay;
 mod flow;
 mod linear;
 
 use core::f64::consts::TAU;
 
 pub use arm::{Arm, ElasticArm};
+pub use delay::{Delay, LONGEST_DELAY};
 pub use flow::flow;
 pub(crate) use linear::{INPUTS, STATES, advance, half_flow};
 
@@ -90,6 +92,9 @@ pub struct Servo<T> {
     /// Lag of the current control, first order.
     #[field(symbol = "τ", unit = "s", range = 2e-5..=2e-2, default = 0.32e-3)]
     pub lag: T,
+    /// Delay between command and torque, without the software's tick. At most 8 ticks.
+    #[field(symbol = "T_t", unit = "s", range = 0.0..=20e-3)]
+    pub delay: T,
     /// Largest torque, by the current limit.
     #[field(symbol = "M_max", unit = "N m", range = 1e-4..=1000.0, default = 1.4)]
     pub torque_limit: T,
@@ -117,6 +122,8 @@ impl<T: Scalar> Servo<T> {
 }
 
 /// Amplifier of the load motor: a voltage, limited by supply and current.
+///
+/// If it takes a torque instead (`bench.torque_amplifier`), its own current control replaces that of the software.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LoadAmplifier<T> {
     /// Output per input voltage.
@@ -128,9 +135,26 @@ pub struct LoadAmplifier<T> {
     /// Largest current: beyond it the amplifier only holds the current.
     #[field(symbol = "i_max", unit = "A", range = 0.1..=200.0, default = 15.0)]
     pub current_limit: T,
+    /// Lag of its own current control, first order, if it takes a torque.
+    #[field(symbol = "τ_L", unit = "s", range = 2e-5..=2e-2, default = 0.32e-3)]
+    pub lag: T,
+    /// Delay between command and output, without the software's tick. At most 8 ticks.
+    #[field(symbol = "T_t,L", unit = "s", range = 0.0..=20e-3)]
+    pub delay: T,
 }
 
+/// Resistance of the equivalent winding behind an amplifier that takes a torque [Ω]: its back-EMF has no effect.
+const DIRECT: f64 = 1e6;
+
 impl<T: Scalar> LoadAmplifier<T> {
+    /// An amplifier that takes a torque, and its motor: the current follows an input of 1 V for 1 A with the lag of the
+    /// amplifier.
+    pub fn with_current_control(&self, winding: &Winding<T>) -> (Self, Winding<T>) {
+        let resistance = T::of(DIRECT);
+        let amplifier = LoadAmplifier { gain: resistance, supply_voltage: resistance * self.current_limit, ..*self };
+        (amplifier, Winding { resistance, inductance: resistance * self.lag, ..*winding })
+    }
+
     /// Voltage at the winding [V] for an input voltage [V], at a current [A] and a velocity [rad/s]; 0 for NaN.
     #[inline(always)]
     pub fn voltage(&self, input: T, winding: &Winding<T>, current: T, velocity: T) -> T {

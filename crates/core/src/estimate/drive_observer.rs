@@ -4,6 +4,7 @@ use super::{DriveModel, DriveModelInput, DriveModelOutput, DriveState};
 use crate::Fields;
 use crate::block::Block;
 use crate::control::finite_or;
+use crate::drive::{Delay, LONGEST_DELAY};
 use crate::fields::Fields as _;
 use crate::scalar::{Mask, Scalar};
 
@@ -67,6 +68,10 @@ pub struct DriveObserver<T> {
     /// Steps of the model in a tick.
     #[field(fixed)]
     pub steps: usize,
+    /// Delay of the drive motor's torque.
+    pub motor_delay: Delay<T>,
+    /// Delay of the load motor's voltage.
+    pub load_delay: Delay<T>,
     /// Share of the difference between input and output by which the tacho's low-pass moves in a step.
     #[field(unit = "1", range = 0.0..=1.0, default = 1.0)]
     pub tacho_share: T,
@@ -86,6 +91,12 @@ pub struct DriveObserver<T> {
 pub struct DriveObserverState<T> {
     /// The drive.
     pub drive: DriveState<T>,
+    /// Torque references of the drive motor that have not acted yet, the newest first.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub motor_torques: [T; LONGEST_DELAY],
+    /// Voltages of the load motor that have not acted yet, the newest first.
+    #[field(symbol = "u", unit = "V")]
+    pub voltages: [T; LONGEST_DELAY],
     /// Torque missing in the model, against positive motion.
     #[field(symbol = "r", unit = "N m")]
     pub residual: T,
@@ -121,10 +132,10 @@ pub struct DriveObserverInput<T> {
     /// Measured current of the load motor.
     #[field(symbol = "i", unit = "A")]
     pub current: T,
-    /// Torque reference of the drive motor until the next tick.
+    /// Torque reference of the drive motor, sent in the tick before.
     #[field(symbol = "M_M", unit = "N m")]
     pub motor_torque: T,
-    /// Voltage at the load motor until the next tick.
+    /// Voltage for the load motor, sent in the tick before.
     #[field(symbol = "u", unit = "V")]
     pub voltage: T,
     /// Initial velocity of the observer.
@@ -194,6 +205,8 @@ impl<T: Scalar> DriveObserver<T> {
                 motor_torque: input.motor_torque,
                 ..DriveState::default()
             },
+            motor_torques: [input.motor_torque; LONGEST_DELAY],
+            voltages: [input.voltage; LONGEST_DELAY],
             offset: finite_or(input.acceleration, zero),
             tacho: velocity,
             started: T::of(1.0),
@@ -215,12 +228,10 @@ impl<T: Scalar> DriveObserver<T> {
         let DriveState { angle, velocity, motor_velocity, .. } = state.drive;
         let estimate = Estimate { angle, velocity, motor_velocity };
         let dt = dt / T::of(self.steps as f64);
+        let motor_torque = self.motor_delay.next(&mut state.motor_torques, input.motor_torque);
+        let voltage = self.load_delay.next(&mut state.voltages, input.voltage);
         for _ in 0..self.steps {
-            let held = DriveModelInput {
-                motor_torque: input.motor_torque,
-                voltage: input.voltage,
-                resistance: state.residual,
-            };
+            let held = DriveModelInput { motor_torque, voltage, resistance: state.residual };
             let middle = self.model.run(&mut state.drive, held, dt);
             state.tacho += self.tacho_share * (middle.motor_velocity - state.tacho);
             let felt = self.accelerometer.carriage_ratio * middle.acceleration;
@@ -242,13 +253,39 @@ impl<T: Scalar> DriveObserver<T> {
         estimate
     }
 
-    /// Predicts the model over `steps` steps from the next tick on, with the torque of the load motor given by `torque`
-    /// [N m]: a function of the middle of the step, of the own friction there [N m], and of the length of the step [s].
-    /// Returns the mean torque [N m] of all steps but the first `skip`.
+    /// The drive at the tick from which on the load motor's present command acts, under the commands sent before and
+    /// this torque of the drive motor [N m]; `passenger` is called with each step and its length [s].
+    #[inline(always)]
+    pub fn when_it_acts(
+        &self,
+        state: &DriveObserverState<T>,
+        motor_torque: T,
+        dt: T,
+        mut passenger: impl FnMut(&DriveModelOutput<T>, T),
+    ) -> DriveState<T> {
+        let dt = dt / T::of(self.steps as f64);
+        let mut drive = state.drive;
+        for lead in 0..self.load_delay.whole() {
+            let held = DriveModelInput {
+                motor_torque: self.motor_delay.ahead(&state.motor_torques, motor_torque, lead),
+                // The newest voltage is not known yet; it acts later.
+                voltage: self.load_delay.ahead(&state.voltages, state.voltages[0], lead),
+                resistance: state.residual,
+            };
+            for _ in 0..self.steps {
+                passenger(&self.model.run(&mut drive, held, dt), dt);
+            }
+        }
+        drive
+    }
+
+    /// Predicts the model over `steps` steps from `drive` on, the state of [`when_it_acts`](Self::when_it_acts), with
+    /// the torque of the load motor given by `torque` [N m]: a function of the middle of the step, of the own friction
+    /// there [N m], and of the length of the step [s]. Returns the mean torque [N m] of all steps but the first `skip`.
     #[inline(always)]
     pub fn look_ahead(
         &self,
-        state: &DriveObserverState<T>,
+        (state, mut drive): (&DriveObserverState<T>, DriveState<T>),
         motor_torque: T,
         (skip, steps): (usize, usize),
         dt: T,
@@ -256,7 +293,7 @@ impl<T: Scalar> DriveObserver<T> {
     ) -> T {
         let dt = dt / T::of(self.steps as f64);
         let constant = self.model.winding.torque_constant;
-        let mut drive = state.drive;
+        let motor_torque = self.motor_delay.ahead(&state.motor_torques, motor_torque, self.load_delay.whole());
         let mut asked = constant * drive.load_current;
         // The load current is removed from the model; its torque is held instead.
         drive.load_current = T::of(0.0);

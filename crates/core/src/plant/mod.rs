@@ -4,12 +4,14 @@
 //! motion; [`VirtualMachine`] runs the steps of one tick and reads the instruments.
 
 mod backlash;
+mod delays;
 mod glide;
 mod machine;
 mod motion;
 mod ripple;
 
 pub use backlash::{Backlash, Gap};
+pub use delays::{InputDelays, InputDelaysState};
 pub use glide::{Glide, GlidingMachine};
 pub use machine::Machine;
 pub use motion::{MachineInput, MachineState, Motion};

@@ -28,7 +28,7 @@ pub struct Admittance<T> {
     /// Bandwidth with which the load follows the virtual load, critically damped.
     #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 150.0)]
     pub bandwidth: T,
-    /// Steps of the model from the next tick to the start and to the end of the averaged interval.
+    /// Steps of the model from the tick in which the torque acts to the start and to the end of the averaged interval.
     #[field(fixed)]
     pub ahead: (usize, usize),
     /// Largest torque of the load motor.
@@ -97,12 +97,15 @@ impl<T: Scalar> Block<T> for Admittance<T> {
         state.virtual_lead = nan_to_zero(load.lead);
         state.desired_memory = load.memory.without_nan();
         state.virtual_resistance = nan_to_zero(load.resistance);
-        let limit = self.torque_limit;
-        let mean = self.observer.look_ahead(&state.observer, input.motor_torque, self.ahead, dt, |middle, own, h| {
+        let (limit, observer) = (self.torque_limit, &state.observer);
+        let drive = self.observer.when_it_acts(observer, input.motor_torque, dt, |middle, h| {
+            self.advance(&mut load, middle.coupling_torque, middle.velocity, h);
+        });
+        let from = (observer, drive);
+        let mean = self.observer.look_ahead(from, input.motor_torque, self.ahead, dt, |middle, own, h| {
             self.advance(&mut load, middle.coupling_torque, middle.velocity, h);
             self.torque(&load, own, middle.velocity).clamp(-limit, limit)
         });
-        let drive = &state.observer.drive;
         LawOutput { torque: nan_to_zero(mean), velocity: drive.velocity, current: drive.load_current }
     }
 }

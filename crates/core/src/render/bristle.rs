@@ -24,7 +24,7 @@ pub struct BristleDifference<T> {
     pub observer: DriveObserver<T>,
     /// Desired friction.
     pub desired: Friction<T>,
-    /// Steps of the model from the next tick to the start and to the end of the averaged interval.
+    /// Steps of the model from the tick in which the torque acts to the start and to the end of the averaged interval.
     #[field(fixed)]
     pub ahead: (usize, usize),
     /// Largest torque of the load motor.
@@ -71,11 +71,14 @@ impl<T: Scalar> Block<T> for BristleDifference<T> {
             slide(desired, &mut memory, middle.velocity, h);
         });
         state.desired_memory = memory.without_nan();
-        let limit = self.torque_limit;
-        let mean = self.observer.look_ahead(&state.observer, input.motor_torque, self.ahead, dt, |middle, own, h| {
+        let (limit, observer) = (self.torque_limit, &state.observer);
+        let drive = self.observer.when_it_acts(observer, input.motor_torque, dt, |middle, h| {
+            slide(desired, &mut memory, middle.velocity, h);
+        });
+        let from = (observer, drive);
+        let mean = self.observer.look_ahead(from, input.motor_torque, self.ahead, dt, |middle, own, h| {
             (slide(desired, &mut memory, middle.velocity, h) - own).clamp(-limit, limit)
         });
-        let drive = &state.observer.drive;
         LawOutput { torque: nan_to_zero(mean), velocity: drive.velocity, current: drive.load_current }
     }
 }

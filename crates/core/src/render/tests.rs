@@ -36,7 +36,16 @@ fn observer() -> DriveObserver<f64> {
     };
     let fast_gains = ObserverGains { tacho: [20.0, 1e-3, 0.0], ..gains };
     let accelerometer = AccelerationSensor::default();
-    DriveObserver { model, steps: 2, tacho_share: 0.2, accelerometer, gains, fast_gains, ripple_velocity: 2.0 }
+    DriveObserver {
+        model,
+        steps: 2,
+        tacho_share: 0.2,
+        accelerometer,
+        gains,
+        fast_gains,
+        ripple_velocity: 2.0,
+        ..DriveObserver::default()
+    }
 }
 
 fn laws() -> [(&'static str, Law<f64>); 5] {

@@ -3,7 +3,7 @@
 use super::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 use crate::Fields;
 use crate::block::Block;
-use crate::plant::{Glide, Noise, PlantInput, PlantState, VirtualMachine};
+use crate::plant::{Glide, InputDelays, InputDelaysState, Noise, PlantInput, PlantState, VirtualMachine};
 use crate::scalar::Scalar;
 
 /// The whole bench, virtual machine and software: one tick.
@@ -13,6 +13,8 @@ use crate::scalar::Scalar;
 pub struct VirtualBench<T> {
     /// The virtual machine, prepared for its step.
     pub machine: VirtualMachine<T>,
+    /// Delays of its amplifiers.
+    pub delays: InputDelays<T>,
     /// The software, prepared for its tick.
     pub tick: Tick<T>,
 }
@@ -22,6 +24,8 @@ pub struct VirtualBench<T> {
 pub struct BenchState<T> {
     /// Virtual machine.
     pub plant: PlantState<T>,
+    /// Commands that have not acted yet.
+    pub delays: InputDelaysState<T>,
     /// Software.
     pub tick: TickState<T>,
     /// Readings at the start of the tick.
@@ -89,6 +93,6 @@ impl<T: Scalar> VirtualBench<T> {
         };
         state.servo_voltage = output.servo_voltage;
         state.amplifier_voltage = output.amplifier_voltage;
-        (output, acting)
+        (output, self.delays.run(&mut state.delays, acting, dt))
     }
 }

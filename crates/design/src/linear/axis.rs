@@ -3,7 +3,7 @@
 
 use stickslip_core::block::Block as _;
 use stickslip_core::control::{CurrentControl, CurrentControlInput, CurrentControlState, VelocityObserverState};
-use stickslip_core::drive::Arm;
+use stickslip_core::drive::{Arm, Delay, LONGEST_DELAY};
 use stickslip_core::estimate::{
     DriveObserver, DriveObserverInput, DriveObserverState, DriveState, MotionEstimate, MotionObserver,
 };
@@ -16,7 +16,7 @@ use super::linearise::{count, keep, slopes};
 use super::{Port, StateSpace};
 use crate::{load_current_control, modelled_drive, motion_observer};
 use stickslip_base::Error;
-use stickslip_base::preset::{Model, Settings};
+use stickslip_base::preset::{Model, Settings, delay};
 
 /// Longest step of the modelled machine [s].
 const STEP: f64 = 25e-6;
@@ -81,12 +81,15 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
         observer: axis.observer.map(&mut Dual::of),
         current: axis.current.map(&mut Dual::of),
         arm: axis.arm.map(&mut Dual::of),
+        delays: axis.delays.map(|delay| delay.map(&mut Dual::of)),
         dt: Dual::of(axis.dt),
     };
     let has_model = !axis.observer.has_accelerometer();
     let followed = if has_model { count(&state.followed) } else { 0 };
-    let states =
-        count(&state.machine) + count(&state.observer) + followed + count(&state.current) + 1 + state.arm.len();
+    let is_late = axis.delays != [Delay::default(); 2];
+    let waiting = if is_late { state.waiting.len() * LONGEST_DELAY } else { 0 };
+    let fixed = count(&state.machine) + count(&state.observer) + count(&state.current) + 1 + state.arm.len();
+    let states = fixed + followed + waiting;
     let torque = state.machine.drive.motor_torque;
     let system = slopes(states, 2, axis.dt, |mut seed| {
         let mut state = State {
@@ -96,6 +99,7 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
             current: state.current.map(&mut seed),
             voltage: seed(state.voltage),
             arm: state.arm.map(&mut seed),
+            waiting: state.waiting.map(|past| past.map(|value| if is_late { seed(value) } else { Dual::of(value) })),
         };
         let (torque, load) = (seed(torque), seed(0.0));
         let (angle, velocity) = (state.machine.drive.angle, state.machine.drive.velocity);
@@ -109,6 +113,9 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
         keep(&state.current, &mut numbers);
         numbers.push(state.voltage);
         numbers.extend(state.arm);
+        if is_late {
+            numbers.extend(state.waiting.into_iter().flatten());
+        }
         numbers.extend(outputs);
         numbers
     })?;
@@ -162,6 +169,8 @@ struct Axis<T> {
     observer: MotionObserver<T>,
     current: CurrentControl<T>,
     arm: Arm<T>,
+    /// Delays of the drive motor's torque and of the load motor's voltage.
+    delays: [Delay<T>; 2],
     dt: T,
 }
 
@@ -177,6 +186,8 @@ struct State<T: Scalar> {
     voltage: T,
     /// Twist of an arm and its rate.
     arm: [T; 2],
+    /// Torques of the drive motor and voltages of the load motor that have not acted yet.
+    waiting: [[T; LONGEST_DELAY]; 2],
 }
 
 impl Axis<f64> {
@@ -189,12 +200,18 @@ impl Axis<f64> {
         model.drive.load_inertia += arm.rigid_inertia();
         let dt = settings.tick_time();
         let steps = (dt / STEP - 1e-9).ceil().max(1.0) as usize;
+        let late = [
+            ("delay of the servo amplifier in the model", model.servo_delay),
+            ("delay of the load amplifier in the model", model.load_amplifier.delay),
+        ];
+        let [servo, load] = late.map(|(name, time)| delay(name, time, dt));
         Ok(Axis {
-            machine: modelled_drive(&model, dt / steps as f64)?,
+            machine: modelled_drive(&settings.amplified_model(&model), dt / steps as f64)?,
             steps,
             observer: motion_observer(&model, settings)?,
             current: load_current_control(&Law::Off, &model, settings)?,
             arm,
+            delays: [servo?, load?],
             dt,
         })
     }
@@ -208,7 +225,8 @@ impl Axis<f64> {
         let mut machine = DriveObserverState { started: 1.0, ..DriveObserverState::default() };
         let drive = &mut machine.drive;
         (drive.velocity, drive.motor_velocity) = (velocity, velocity);
-        let voltage = -self.current.torque_constant * velocity;
+        // At rest the load motor's current is 0, behind either kind of amplifier.
+        let voltage = -self.machine.model.winding.torque_constant * velocity;
         if matches!(at, Operating::Sliding(_)) {
             machine = self.bent(machine, voltage)?;
         }
@@ -221,6 +239,7 @@ impl Axis<f64> {
             current: CurrentControlState::default(),
             voltage,
             arm: [0.0; 2],
+            waiting: [[machine.drive.motor_torque; LONGEST_DELAY], [voltage; LONGEST_DELAY]],
         })
     }
 
@@ -288,7 +307,12 @@ impl<T: Scalar> Axis<T> {
         };
         let voltage = self.current.run(&mut state.current, demand, self.dt).voltage;
         machine.residual = load_torque;
-        let input = DriveObserverInput { voltage: state.voltage, motor_torque, ..DriveObserverInput::default() };
+        let [torques, voltages] = &mut state.waiting;
+        let input = DriveObserverInput {
+            motor_torque: self.delays[0].next(torques, motor_torque),
+            voltage: self.delays[1].next(voltages, state.voltage),
+            ..DriveObserverInput::default()
+        };
         let step = self.dt / T::of(self.steps as f64);
         for _ in 0..self.steps {
             let Arm::Elastic(arm) = &self.arm else {

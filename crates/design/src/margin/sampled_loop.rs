@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, RowDVector};
 use stickslip_core::block::Block as _;
 use stickslip_core::control::{CurrentControl, CurrentControlInput, CurrentControlState, VelocityObserverState};
+use stickslip_core::drive::LONGEST_DELAY;
 use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState, MotionEstimate, MotionObserver};
 use stickslip_core::fields::Fields as _;
 use stickslip_core::render::{ArmState, Law, LawInput, LawState, RenderedArm};
@@ -18,7 +19,7 @@ use stickslip_base::preset::{Model, Settings};
 /// Longest step of the modelled machine [s].
 const STEP: f64 = 25e-6;
 /// Number of stored voltages: the active one, and one for each tick of delay.
-const WAITING: usize = 1 + super::LARGEST_DELAY as usize;
+const WAITING: usize = 1 + LONGEST_DELAY + super::LARGEST_DELAY as usize;
 /// Derivatives taken at once.
 const WIDTH: usize = 6;
 /// Noise of a usual current sensor [A].
@@ -45,6 +46,8 @@ pub(super) struct SampledLoop<T> {
     current: CurrentControl<T>,
     /// Factor of the law's torque.
     pub(super) gain: T,
+    /// Delay of the amplifier, in steps.
+    delay: usize,
     /// Additional delay of the voltage, in steps.
     pub(super) late: usize,
     dt: T,
@@ -80,8 +83,9 @@ impl SampledLoop<f64> {
         let dt = settings.tick_time();
         let steps = (dt / STEP - 1e-9).ceil().max(1.0) as usize;
         Ok(SampledLoop {
-            machine: modelled_drive(model, dt / steps as f64)?,
+            machine: modelled_drive(&settings.amplified_model(model), dt / steps as f64)?,
             steps,
+            delay: (model.load_amplifier.delay / dt * steps as f64).round() as usize,
             observer: motion_observer(model, settings)?,
             law,
             arm: RenderedArm::Nothing,
@@ -107,6 +111,7 @@ impl SampledLoop<f64> {
             arm: self.arm.map(&mut Dual::of),
             current: self.current.map(&mut Dual::of),
             gain: Dual::of(self.gain),
+            delay: self.delay,
             late: self.late,
             dt: Dual::of(self.dt),
         };
@@ -229,7 +234,7 @@ impl<T: Scalar> SampledLoop<T> {
         let shares = self.machine.accelerometer.flow;
         for k in 0..self.steps {
             // The newest of the stored voltages is due now; a delayed one later.
-            let due = (self.late + self.steps - 1 - k) / self.steps;
+            let due = (self.delay + self.late + self.steps - 1 - k) / self.steps;
             let input = DriveObserverInput { voltage: state.voltages[due], ..DriveObserverInput::default() };
             self.machine.follow(&mut state.machine, &input, step, |_, _| {});
             state.machine.acceleration += shares[0][2] * felt;

@@ -11,8 +11,9 @@
 //! speed     Ω ≤ Ω_max of supervision
 //! ```
 //!
-//! T = 3·T_s is the delay of sampling and current loop at the magnitude optimum, n the noise of the estimated velocity.
-//! The observer's bandwidth counts by the noise that it lets through: with the accelerometer it has no lag.
+//! T is the delay of the load amplifier and of sampling and current loop, 3·T_s at the magnitude optimum; n is the noise
+//! of the estimated velocity. The observer's bandwidth counts by the noise that it lets through: with the accelerometer
+//! it has no lag.
 
 mod results;
 mod verdict;
@@ -176,6 +177,12 @@ pub fn fastest(region: &Region) -> f64 {
     FASTEST.min(region.speed_limit)
 }
 
+/// Delay of sampling and current control of the load motor [s]; a drive that takes a torque has its own current control.
+fn current_delay(model: &Model<f64>, settings: &Settings<f64>) -> f64 {
+    let tick = settings.tick_time();
+    if settings.torque_amplifier > 0.5 { 1.5 * tick + model.load_amplifier.lag } else { 3.0 * tick }
+}
+
 impl Region {
     /// The region for the model of load motor and amplifier, the observer and the rates of a bench.
     ///
@@ -189,7 +196,7 @@ impl Region {
             torque_limit: current.current_limit * current.torque_constant,
             voltage_limit: current.largest_voltage(),
             speed_limit: settings.safety.speed,
-            delay: 3.0 * settings.tick_time(),
+            delay: model.load_amplifier.delay + current_delay(model, settings),
             velocity_noise: predicted_velocity_noise(model, settings)?,
             passage,
             winding: model.load_motor,

@@ -46,9 +46,10 @@ impl FastBench {
     ) -> Result<Self, Error> {
         let settings = with_jitter_step(settings, plant);
         let (dt, (steps, step)) = (settings.tick_time(), settings.plant_steps());
+        let plant = &settings.amplified(plant);
         let parts = integrator::prepare(plant, steps, step)?;
         let GlidingMachine { short: machine, glide } = GlidingMachine::in_short_steps(parts, step);
-        let bench = VirtualBench { machine, tick };
+        let bench = VirtualBench { machine, delays: settings.input_delays(plant)?, tick };
         let mut state = BenchState::default();
         // One tick at rest fills the pickups and gives the first readings.
         state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);

@@ -127,6 +127,7 @@ fn simulated_machine(model: &Model<f64>, settings: &Settings<f64>, off: &Off) ->
             torque_per_volt: scaling.torque_per_volt,
             input_limit: scaling.servo_limit,
             lag: model.servo_lag,
+            delay: model.servo_delay,
             torque_limit: scaling.torque_per_volt * scaling.servo_limit,
             ..Servo::default()
         },

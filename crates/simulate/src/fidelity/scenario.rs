@@ -301,5 +301,5 @@ fn pid(preset: &Preset<f64>, bandwidth: f64, factor: f64) -> Result<PositionCont
 fn speed_holder(preset: &Preset<f64>) -> Result<PositionController<f64>, Error> {
     let base = Cascade { torque_limit: preset.bench.controller.torque_limit(), ..Cascade::default() };
     let (model, dt) = (&preset.model, preset.bench.tick_time());
-    Ok(PositionController::Cascade(design::speed_holder(base, &model.drive, model.drive_lag, dt)?))
+    Ok(PositionController::Cascade(design::speed_holder(base, &model.drive, model.loop_lag(), dt)?))
 }

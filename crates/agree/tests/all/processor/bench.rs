@@ -30,5 +30,8 @@ pub fn bench(ticks: u64) -> (VirtualBench<f64>, Run) {
         order.schedule(cycle, 4);
         Record::Step(numbers(&BenchInput { order, external_torque: 0.0, noise: normals.of_tick(cycle) }))
     };
-    (VirtualBench { machine, tick }, Run { records: (0..ticks).map(step).collect(), dt: TICK })
+    (
+        VirtualBench { machine, delays: Default::default(), tick },
+        Run { records: (0..ticks).map(step).collect(), dt: TICK },
+    )
 }

@@ -53,7 +53,11 @@ type Outputs = [f64; 2];
 fn simulated(preset: &Preset<f64>, at: Operating, [torque, load]: [f64; 2], ticks: usize) -> Vec<Outputs> {
     let (steps, step) = preset.bench.plant_steps();
     let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step).unwrap() };
-    let bench = VirtualBench { machine, tick: design::software(&preset.model, &preset.bench).unwrap() };
+    let bench = VirtualBench {
+        machine,
+        delays: Default::default(),
+        tick: design::software(&preset.model, &preset.bench).unwrap(),
+    };
     let mut state = BenchState::default();
     let mut holding_torque = 0.0;
     if let Operating::Sliding(velocity) = at {
