@@ -63,7 +63,7 @@ pub use stickslip_rt::{Cpu, ThreadSettings, hurry, keep_off};
 pub use stickslip_software::cycle::Voltages;
 pub use virtual_bench::{InProcess, VirtualBench};
 
-use stickslip_core::control::PositionController;
+use stickslip_core::control::{AxisControl, PositionController};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, Law};
 pub use stickslip_software::cycle::{Change, Command, Frame, Parameters};
@@ -148,9 +148,17 @@ pub trait Bench {
     /// # Errors
     /// As [`change`](Bench::change).
     fn set_controller(&mut self, controller: PositionController<f64>, divider: u64) -> Result<(), Error> {
+        self.set_control(controller.into(), divider)
+    }
+
+    /// The same with its filter, compensation and hold.
+    ///
+    /// # Errors
+    /// As [`change`](Bench::change).
+    fn set_control(&mut self, control: AxisControl<f64>, divider: u64) -> Result<(), Error> {
         let mut parameters = *self.parameters();
         (parameters.tick.control, parameters.tick.control_period) =
-            (controller.into(), self.settings().tick_time() * divider as f64);
+            (control, self.settings().tick_time() * divider as f64);
         self.change(Change::Parameters(parameters))
     }
 

@@ -56,16 +56,23 @@ pub fn position_controller(
 /// The configured filter of a controller's torque, for the model of the machine and the settings of the bench.
 pub fn torque_filter(model: &Model<f64>, settings: &Settings<f64>) -> TorqueFilter<f64> {
     let FilterChoice::Notch(choice) = settings.filter else { return TorqueFilter::Nothing };
+    let frequency = choice.angular_frequency(&model.drive);
+    let limit = settings.controller.torque_limit();
+    TorqueFilter::Notch(notch(frequency, [choice.depth, choice.width], limit, settings.control_period()))
+}
+
+/// A notch at a frequency [rad/s] with the damping ratios of its zeros and poles, sampled with `dt` [s].
+pub(crate) fn notch(frequency: f64, [depth, width]: [f64; 2], torque_limit: f64, dt: f64) -> Notch<f64> {
     // Bilinear, prewarped at the frequency.
-    let g = libm::tan(0.5 * choice.angular_frequency(&model.drive) * settings.control_period());
-    let (depth, width) = (2.0 * choice.depth * g, 2.0 * choice.width * g);
+    let g = libm::tan(0.5 * frequency * dt);
+    let (depth, width) = (2.0 * depth * g, 2.0 * width * g);
     let all = 1.0 + width + g * g;
     let both = 2.0 * (g * g - 1.0) / all;
-    TorqueFilter::Notch(Notch {
+    Notch {
         numerator: [(1.0 + depth + g * g) / all, both, (1.0 - depth + g * g) / all],
         denominator: [both, (1.0 - width + g * g) / all],
-        torque_limit: settings.controller.torque_limit(),
-    })
+        torque_limit,
+    }
 }
 
 /// Delay from a sample to its torque [s]: it acts in the next sample, on average in its middle, after the servo

@@ -1,7 +1,6 @@
 //! Controllers from the parameters of a machine.
 
 use stickslip_core::control::{Cascade, CurrentControl, Pid};
-use stickslip_core::drive::TwoMass;
 
 use super::{sampling_time, within};
 use stickslip_base::Error;
@@ -77,22 +76,4 @@ pub fn cascade_as_pid(cascade: &Cascade<f64>) -> Pid<f64> {
         torque_limit: cascade.torque_limit,
         ..Pid::default()
     }
-}
-
-/// P-PI cascade that holds a constant speed for a friction measurement.
-///
-/// As stiff as half the phase of its delays permits: the velocity loop crosses at K_v/J_M = (π/4)/(1.5·T + τ), with the
-/// sampling time T [s] and the lag τ [s] of servo amplifier and tacho. Above the coupling's resonance only the motor's
-/// inertia J_M [kg m²] counts. Integral action at 20 1/s, position loop at 15 1/s: fast enough to settle in 0.3 s.
-pub fn speed_holder(base: Cascade<f64>, drive: &TwoMass<f64>, lag: f64, dt: f64) -> Result<Cascade<f64>, Error> {
-    sampling_time(dt)?;
-    within("the lag of servo and tacho", lag, "s", (0.0, 0.1), "Add the time constants of the data sheets.")?;
-    let velocity_gain = drive.motor_inertia * std::f64::consts::FRAC_PI_4 / (1.5 * dt + lag);
-    Ok(Cascade {
-        position_gain: 15.0,
-        velocity_gain,
-        integral_gain: 20.0 * velocity_gain,
-        inertia: drive.inertia(),
-        ..base
-    })
 }

@@ -32,14 +32,16 @@ mod predictive;
 mod region;
 mod riccati;
 mod software;
+mod speed_holder;
 mod state_feedback;
 mod velocity_observer;
 
 pub use arm::{ArmLimit, arm_limit, arm_rendering};
+pub(crate) use axis_control::notch;
 pub use axis_control::{axis_control, position_controller, torque_filter};
 pub use axis_control::{preview, setpoint_features};
 pub use controller_kind::{as_cascade, as_pid, as_predictive, as_state_feedback};
-pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
+pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control};
 pub use discretise::zero_order_hold;
 pub use drive_observer::modelled_drive;
 pub use drive_observer::{Trust, drive_observer, motion_observer};
@@ -64,6 +66,8 @@ pub use riccati::{
     KalmanFilter, Regulator, continuous_regulator, kalman_bucy_filter, kalman_filter, linear_quadratic_regulator,
 };
 pub use software::{brake, difference_torque, load_current_control, parameters, software};
+pub use speed_holder::speed_holder;
+pub(crate) use speed_holder::velocity_gain;
 pub use state_feedback::state_feedback;
 pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 

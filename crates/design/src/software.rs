@@ -1,13 +1,13 @@
 //! The software of the bench for a model of the machine.
 
-use stickslip_core::control::{Cascade, CurrentControl};
+use stickslip_core::control::CurrentControl;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use stickslip_core::tick::Tick;
 use stickslip_software::cycle::Parameters;
 use stickslip_software::supervise::Brake;
 
-use super::{arm_rendering, axis_control, current_control, motion_observer, predictive_current_control, speed_holder};
+use super::{arm_rendering, axis_control, current_control, motion_observer, predictive_current_control, velocity_gain};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
@@ -52,7 +52,7 @@ pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parame
 /// As [`speed_holder`].
 pub fn brake(model: &Model<f64>, settings: &Settings<f64>) -> Result<Brake<f64>, Error> {
     let Model { drive, scaling, .. } = model;
-    let tacho_gain = speed_holder(Cascade::default(), drive, model.loop_lag(), settings.tick_time())?.velocity_gain;
+    let tacho_gain = velocity_gain(model, settings.tick_time());
     let resonance = drive.vibration();
     Ok(Brake {
         inertia: drive.inertia(),

@@ -3,7 +3,6 @@
 //! The measurement uses its own speed controller ([`hold_speed`]), as stiff as the delays allow, so that the result
 //! does not depend on the controller under test.
 
-use stickslip_core::control::{Cascade, PositionController};
 use stickslip_core::friction::Stribeck;
 
 use super::plan::{FrictionPlan, Phase};
@@ -213,11 +212,8 @@ impl Plateaus<'_> {
 /// As [`design::speed_holder`].
 pub fn hold_speed(bench: &mut dyn Bench) -> Result<(), Error> {
     let (model, dt) = (*bench.model(), bench.settings().tick_time());
-    let base =
-        Cascade { torque_limit: model.scaling.torque_per_volt * model.scaling.servo_limit, ..Cascade::default() };
-    let holder = design::speed_holder(base, &model.drive, model.loop_lag(), dt)?;
-    bench.set_controller(PositionController::Cascade(holder), 1)?;
-    Ok(())
+    let limit = model.scaling.torque_per_volt * model.scaling.servo_limit;
+    bench.set_control(design::speed_holder(limit, &model, dt)?, 1)
 }
 
 /// Gives every plateau the error of one common noise, that of the lowest frequencies of all plateaus: a short plateau

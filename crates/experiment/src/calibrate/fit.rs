@@ -5,6 +5,7 @@
 //! state and its own friction level, which are eliminated from the normal equations (Golub & Pereyra 1973). The
 //! residuals of each channel are whitened by an autoregression of the channel.
 
+use stickslip_core::drive::LONGEST_DELAY;
 use stickslip_core::scalar::Dual;
 
 use super::least_squares::{Block, Vector, blocks, joined, solve};
@@ -60,6 +61,9 @@ pub(super) fn fit(
     let stage = |descent: usize| {
         move |step: usize| watch.stage("fit of the drive", (descent as f64 + step as f64 / STEPS as f64) / 5.0)
     };
+    if setting.amplifiers.are_late {
+        search_delays(&mut coordinates, &first, &setting, &noises, watch)?;
+    }
     descend(&mut coordinates, &mut first, &setting, &noises, STEPS, &stage(0))?;
     if setting.has_instruments {
         setting.ripple_order = ripple_order(&coordinates, &first, &setting);
@@ -75,6 +79,30 @@ pub(super) fn fit(
     }
     let uncertainty = Uncertainty::of(&blocks(&coordinates, &segments, &setting, &noises));
     Ok(Solution { coordinates, uncertainty, segments, setting })
+}
+
+/// Moves both delays to the whole ticks with the least cost, that of the load amplifier first: its current shows it without
+/// the drive. A descent from a start that is two periods of the excitation off ends in another minimum.
+fn search_delays(
+    coordinates: &mut [f64; PARAMETERS],
+    segments: &[Segment],
+    setting: &Setting,
+    noises: &Noises,
+    watch: &Watch,
+) -> Result<(), Error> {
+    for index in [Index::LoadDelay, Index::ServoDelay].map(|index| index as usize) {
+        let mut best = (f64::INFINITY, coordinates[index]);
+        for ticks in 0..=LONGEST_DELAY {
+            watch.stage("search for the delays of the drives", ticks as f64 / LONGEST_DELAY as f64)?;
+            coordinates[index] = ticks as f64 * setting.dt / SOUGHT[index].scale;
+            let cost: f64 = blocks(coordinates, segments, setting, noises).iter().map(Block::cost).sum();
+            if cost < best.0 {
+                best = (cost, coordinates[index]);
+            }
+        }
+        coordinates[index] = best.1;
+    }
+    Ok(())
 }
 
 /// Moves the segments' own numbers to their optimum.

@@ -16,6 +16,8 @@ use stickslip_fit::{PARAMETERS as OWN, StribeckFit};
 
 /// Standard uncertainty over the value beyond which a number is not adopted.
 const UNKNOWN: f64 = 0.25;
+/// Standard uncertainty up to which a delay is adopted in any case [s]: it may be 0.
+const KNOWN_DELAY: f64 = 50e-6;
 
 /// An identified number.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +54,8 @@ impl Identified {
 
     /// Whether the data determine it.
     pub fn is_determined(&self) -> bool {
-        self.standard_uncertainty <= UNKNOWN * self.value.abs() || self.key.ends_with("offset")
+        let absolute = if self.key.ends_with("delay") { KNOWN_DELAY } else { 0.0 };
+        self.standard_uncertainty <= (UNKNOWN * self.value.abs()).max(absolute) || self.key.ends_with("offset")
     }
 
     /// With half the width of its interval.
@@ -61,9 +64,9 @@ impl Identified {
     }
 }
 
-/// Numbers of the fit of the drive, in the order of [`Index`] up to the brushes; then servo and tacho lag together.
+/// Numbers of the fit of the drive, in the order of [`Index`]; then servo and tacho lag together.
 pub(super) fn drive(model: &Model<f64>, solution: &Solution) -> Vec<Identified> {
-    let (before, mut now) = (start(model), sloped(&solution.coordinates));
+    let (before, mut now) = (start(model), sloped(&solution.coordinates, solution.setting.amplifiers));
     now[Index::BristleDamping as usize] *= Dual::of(1.0 / unfaded(&model.own_bristles, solution));
     // Numbers that the model does not contain.
     let unstated = [
@@ -83,7 +86,8 @@ pub(super) fn drive(model: &Model<f64>, solution: &Solution) -> Vec<Identified> 
     use Index::{BrushDamping, BrushStiffness, RippleCosine, RippleSine, TachoCosine, TachoSine};
     let hidden = [RippleCosine, RippleSine, BrushStiffness, BrushDamping, TachoSine, TachoCosine];
     let absent = |key: &str| !solution.setting.has_instruments && of_instruments(key);
-    let visible = (0..PARAMETERS).filter(|i| hidden.iter().all(|index| *index as usize != *i));
+    let free = |i: &usize| solution.setting.amplifiers.frees(*i);
+    let visible = (0..PARAMETERS).filter(free).filter(|i| hidden.iter().all(|index| *index as usize != *i));
     let lag = now[Index::ServoLag as usize] + now[Index::TachoLag as usize];
     let words = "lag of servo and tacho together";
     let both = Identified::new("drive_lag", words, "s", model.drive_lag, lag.value, solution.known(&lag));
@@ -172,7 +176,7 @@ fn doubt(before: &ModelUncertainty<f64>, numbers: &[Identified]) -> ModelUncerta
 pub(super) fn model(before: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
     let mut model = *before;
     let mut frequency = TAU * model.accelerometer_bandwidth;
-    let places: [(&str, &mut f64); 20] = [
+    let places: [(&str, &mut f64); 23] = [
         ("torque_per_volt", &mut model.scaling.torque_per_volt),
         ("tacho", &mut model.scaling.tacho),
         ("accelerometer", &mut model.scaling.accelerometer),
@@ -185,6 +189,9 @@ pub(super) fn model(before: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
         ("inductance", &mut model.load_motor.inductance),
         ("drive_lag", &mut model.drive_lag),
         ("servo_lag", &mut model.servo_lag),
+        ("servo_delay", &mut model.servo_delay),
+        ("load_delay", &mut model.load_amplifier.delay),
+        ("load_lag", &mut model.load_amplifier.lag),
         ("accelerometer_frequency", &mut frequency),
         ("accelerometer_damping", &mut model.accelerometer_damping),
         ("bristle_stiffness", &mut model.own_bristles.stiffness),
@@ -196,7 +203,8 @@ pub(super) fn model(before: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
     ];
     for (key, place) in places {
         if let Some(number) = numbers.iter().find(|number| number.key == key).filter(|number| number.is_determined()) {
-            *place = number.value;
+            // A delay of 0 has an estimate of either sign.
+            *place = if key.ends_with("delay") { number.value.max(0.0) } else { number.value };
         }
     }
     model.accelerometer_bandwidth = frequency / TAU;

@@ -68,7 +68,7 @@ pub(super) struct Block {
 
 impl Block {
     pub(super) fn of(coordinates: &[f64; PARAMETERS], segment: &Segment, setting: &Setting, noises: &Noises) -> Self {
-        let p = widened(&sloped(coordinates));
+        let p = widened(&sloped(coordinates, setting.amplifiers));
         let own: [Dual<VARIABLES>; OWN] = std::array::from_fn(|i| Dual::variable(segment.own[i], PARAMETERS + i));
         let noise = &noises[usize::from(segment.is_stuck())];
         let owned = if segment.is_stuck() { LEVEL } else { OWN };
@@ -192,31 +192,33 @@ pub(super) fn inverse(joined: &DMatrix<f64>) -> Matrix {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibrate::parameters::{self, Index};
+    use crate::calibrate::parameters::{self, Amplifiers, Index};
     use crate::calibrate::response::Regime;
     use crate::calibrate::segment::{Sample, residuals};
 
     #[test]
     fn slopes_are_those_of_differences() {
+        slopes_agree(Amplifiers { take_torque: false, are_late: false });
+        slopes_agree(Amplifiers { take_torque: true, are_late: true });
+    }
+
+    fn slopes_agree(amplifiers: Amplifiers) {
         let preset: stickslip_base::Preset<f64> =
             stickslip_base::parameters::presets::find("clm-bench").unwrap().read().unwrap();
         let mut values = parameters::start(&preset.model);
         (values[Index::TachoSine as usize], values[Index::TachoCosine as usize]) = (0.01, 0.02);
+        (values[Index::ServoDelay as usize], values[Index::LoadDelay as usize]) = (0.6e-3, 0.3e-3);
         let at = parameters::coordinates(&values);
-        let setting = Setting {
-            dt: 250e-6,
-            carriage_ratio: 8e-4,
-            ripple_order: 13,
-            has_instruments: true,
-            rubbed: preset.model.own,
-        };
+        let rubbed = preset.model.own;
+        let setting =
+            Setting { dt: 250e-6, carriage_ratio: 8e-4, ripple_order: 13, amplifiers, has_instruments: true, rubbed };
         for regime in [Regime::Sliding { level: 0.01, slope: 2e-5 }, Regime::Stuck] {
             let samples: Vec<Sample> = (0..200)
                 .map(|k| {
                     let x = f64::from(k);
                     Sample {
                         servo_voltage: 2.0 + libm::sin(0.9 * x * x / 200.0),
-                        winding_voltage: libm::sin(1.3 * x * x / 200.0),
+                        load_command: libm::sin(1.3 * x * x / 200.0),
                         angle: 0.01 * x,
                         measured: [0.0; 4],
                     }
@@ -229,7 +231,7 @@ mod tests {
                 s.own = own;
                 residuals(&parameters::values(&at), &s, &setting)
             };
-            let p = widened(&parameters::sloped(&at));
+            let p = widened(&parameters::sloped(&at, setting.amplifiers));
             let own: [Dual<VARIABLES>; OWN] = std::array::from_fn(|i| Dual::variable(segment.own[i], PARAMETERS + i));
             let mut exact = Vec::new();
             predict(&p, &own, &segment, &setting, |_, _, y| exact.push(y));
@@ -247,7 +249,8 @@ mod tests {
                 let (up, down) = (moved(1.0), moved(-1.0));
                 for c in 0..4 {
                     let largest = exact.iter().map(|y| y[c].gradient[i].abs()).fold(0.0, f64::max);
-                    let off = (0..200)
+                    let free = i >= PARAMETERS || amplifiers.frees(i);
+                    let off = (0..if free { 200 } else { 0 })
                         .map(|k| ((down[k][c] - up[k][c]) / (2.0 * h) - exact[k][c].gradient[i]).abs())
                         .fold(0.0, f64::max);
                     // A difference over 1e-5 has its own error of h² times the curvature, and rounding over h.

@@ -20,7 +20,12 @@
 //! amplifier cannot be distinguished from one of the current sensor. The computing delay is known, one tick; the lags
 //! of servo amplifier and tacho behind it are estimated. A bench without accelerometer and tacho is identified by
 //! encoder and current alone.
+//!
+//! Drives on a fieldbus act later than the next tick. Where the load amplifier takes a torque, or the model has a
+//! delay, the delays of both amplifiers are estimated, too. Such an amplifier has no voltage that could calibrate its
+//! torque: K_L is then taken from the data sheet, and with it the scale of all torques.
 
+mod delayed;
 mod fit;
 mod identified;
 mod least_squares;
@@ -37,7 +42,7 @@ pub use identified::Identified;
 pub use outcome::{Calibration, Trace};
 pub use record::CalibrationPlan;
 
-use parameters::Index;
+use parameters::{Amplifiers, Index};
 use response::CHANNELS;
 
 use crate::{FrictionCurve, FrictionPlan, give_back, hold_speed, measure_friction};
@@ -100,11 +105,12 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
 
     let has_instruments = settings.observer == ObserverChoice::Accelerometer;
     let carriage_ratio = model.drive.carriage_ratio();
-    let setting = segment::Setting { dt, carriage_ratio, ripple_order: 0, has_instruments, rubbed };
+    let amplifiers = Amplifiers::new(&model, &settings);
+    let setting = segment::Setting { dt, carriage_ratio, ripple_order: 0, amplifiers, has_instruments, rubbed };
     let start = parameters::coordinates(&parameters::start(&model));
     let solution = fit::fit(start, segments, setting, rough(&model, has_instruments), watch)?;
     let at = parameters::values(&solution.coordinates);
-    let own = own_friction(&curve, &model, &at)?;
+    let own = own_friction(&curve, &model, amplifiers, &at)?;
     Ok(Calibration::new(&model, &solution, curve, own, (last - first) as f64 * dt))
 }
 
@@ -120,11 +126,13 @@ fn rough(model: &Model<f64>, has_instruments: bool) -> [f64; CHANNELS] {
 fn own_friction(
     curve: &FrictionCurve,
     model: &Model<f64>,
+    amplifiers: Amplifiers,
     at: &[f64; parameters::PARAMETERS],
 ) -> Result<StribeckFit, Error> {
     let scale = at[Index::TorquePerVolt as usize] / model.scaling.torque_per_volt;
-    // The control holds a measured current of 0: the sensor's offset flows.
-    let load_torque = -at[Index::TorqueConstant as usize] * at[Index::CurrentOffset as usize];
+    // Our current control holds a measured current of 0: the sensor's offset flows.
+    let offset = if amplifiers.take_torque { 0.0 } else { at[Index::CurrentOffset as usize] };
+    let load_torque = -at[Index::TorqueConstant as usize] * offset;
     let corrected = |point: CurvePoint| {
         // The motor's own friction was subtracted in true torque.
         let motor = model.motor_friction.steady_torque(point.velocity, 0.0, 0.0);

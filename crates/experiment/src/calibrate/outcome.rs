@@ -109,7 +109,7 @@ impl Calibration {
     }
 
     fn add_ripple(&mut self, solution: &Solution) {
-        let at = sloped(&solution.coordinates);
+        let at = sloped(&solution.coordinates, solution.setting.amplifiers);
         let [cosine, sine] = [at[Index::RippleCosine as usize], at[Index::RippleSine as usize]];
         let amplitude = libm::hypot(cosine.value, sine.value);
         let [uncertainty, other] = [cosine, sine].map(|part| solution.known(&part));

@@ -2,10 +2,10 @@
 
 use stickslip_core::scalar::{Dual, Scalar};
 
-use stickslip_base::preset::Model;
+use stickslip_base::preset::{Model, Settings};
 
 /// Number of free parameters of the fit.
-pub(super) const PARAMETERS: usize = 25;
+pub(super) const PARAMETERS: usize = 28;
 
 /// Their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +36,9 @@ pub(super) enum Index {
     BrushDamping,
     TachoSine,
     TachoCosine,
+    ServoDelay,
+    LoadDelay,
+    LoadLag,
 }
 
 /// A free parameter.
@@ -88,6 +91,9 @@ pub(super) const SOUGHT: [FreeParameter; PARAMETERS] = [
     positive("brush_damping", "damping of the brushes at rest", "N m s/rad"),
     signed("tacho_sine", "ripple of the tacho, sine", "1", 0.01),
     signed("tacho_cosine", "ripple of the tacho, cosine", "1", 0.01),
+    signed("servo_delay", "delay of the servo amplifier", "s", 1e-4),
+    signed("load_delay", "delay of the load amplifier", "s", 1e-4),
+    positive("load_lag", "lag of the load amplifier", "s"),
 ];
 
 impl Index {
@@ -131,6 +137,9 @@ pub(super) fn start(model: &Model<f64>) -> [f64; PARAMETERS] {
         0.01,
         0.0,
         0.0,
+        model.servo_delay,
+        model.load_amplifier.delay,
+        model.load_amplifier.lag,
     ]
 }
 
@@ -169,7 +178,37 @@ pub(super) fn coordinates(values: &[f64; PARAMETERS]) -> [f64; PARAMETERS] {
     })
 }
 
-/// The values with their slopes over the coordinates.
-pub(super) fn sloped(at: &[f64; PARAMETERS]) -> [Dual<PARAMETERS>; PARAMETERS] {
-    values(&std::array::from_fn(|i| Dual::variable(at[i], i)))
+/// The values with their slopes over the coordinates; those that are not free have no slope.
+pub(super) fn sloped(at: &[f64; PARAMETERS], amplifiers: Amplifiers) -> [Dual<PARAMETERS>; PARAMETERS] {
+    values(&std::array::from_fn(|i| if amplifiers.frees(i) { Dual::variable(at[i], i) } else { Dual::of(at[i]) }))
+}
+
+/// What is known of both amplifiers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Amplifiers {
+    /// Whether that of the load motor takes a torque, the scale of all torques then; else it takes a voltage.
+    pub(super) take_torque: bool,
+    /// Whether they have delays of their own, besides the software's tick.
+    pub(super) are_late: bool,
+}
+
+impl Amplifiers {
+    /// Those of a bench: amplifiers that take a torque are behind a fieldbus.
+    pub(super) fn new(model: &Model<f64>, settings: &Settings<f64>) -> Self {
+        let take_torque = settings.torque_amplifier > 0.5;
+        let are_late = take_torque || model.servo_delay > 0.0 || model.load_amplifier.delay > 0.0;
+        Amplifiers { take_torque, are_late }
+    }
+
+    /// Whether the search varies a parameter.
+    pub(super) fn frees(self, index: usize) -> bool {
+        let is = |indices: &[Index]| indices.iter().any(|other| *other as usize == index);
+        if is(&[Index::ServoDelay, Index::LoadDelay]) {
+            self.are_late
+        } else if is(&[Index::TorqueConstant, Index::Resistance, Index::Inductance]) {
+            !self.take_torque
+        } else {
+            self.take_torque || !is(&[Index::LoadLag])
+        }
+    }
 }

@@ -105,6 +105,7 @@ impl CalibrationPlan<f64> {
 struct Recorder {
     samples: Vec<Sample>,
     before: Option<[f64; 2]>,
+    /// Winding voltage, or current, per volt for the load amplifier.
     gain: f64,
     per_ampere: f64,
 }
@@ -112,7 +113,9 @@ struct Recorder {
 impl Recorder {
     fn new(bench: &dyn Bench) -> Self {
         let model = bench.model();
-        let (gain, per_ampere) = (model.load_amplifier.gain, model.scaling.current_sensor);
+        let takes_torque = bench.settings().torque_amplifier > 0.5;
+        let gain = if takes_torque { 1.0 } else { model.load_amplifier.gain };
+        let per_ampere = model.scaling.current_sensor;
         Recorder { samples: Vec::new(), before: None, gain, per_ampere }
     }
 
@@ -121,7 +124,7 @@ impl Recorder {
         if let Some([servo_voltage, amplifier_voltage]) = self.before {
             self.samples.push(Sample {
                 servo_voltage,
-                winding_voltage: self.gain * amplifier_voltage,
+                load_command: self.gain * amplifier_voltage,
                 angle: frame.angle,
                 measured: [
                     0.0,

@@ -10,18 +10,19 @@
 //! ```
 //!
 //! with w the velocity in the tacho and a the acceleration in the accelerometer, and flow exactly over a tick in which
-//! the converters hold their voltage.
+//! the commands are held. If the load amplifier takes a torque, τ_L·di/dt = i_ref − i replaces the equation of the
+//! current.
 
 use stickslip_core::drive::flow;
 use stickslip_core::scalar::Scalar;
 
-use super::parameters::{Index, PARAMETERS};
+use super::parameters::{Amplifiers, Index, PARAMETERS};
 
 /// Twist, velocity of the motor, velocity, current, motor torque, angle, tacho, accelerometer and its rate.
 pub(super) const STATES: usize = 9;
 /// Index of the load's velocity among them.
 pub(super) const LOAD_VELOCITY: usize = 2;
-/// Servo voltage, winding voltage, resistance on the motor, on the load.
+/// Servo voltage, command of the load amplifier, resistance on the motor, on the load.
 const INPUTS: usize = 4;
 /// Measured channels: angle [rad], tacho [V], accelerometer [V], current [A].
 pub(super) const CHANNELS: usize = 4;
@@ -51,8 +52,8 @@ pub(super) struct Response<T> {
 pub(super) struct Acting<T> {
     /// At the servo amplifier [V].
     pub(super) servo_voltage: T,
-    /// At the load motor's winding [V].
-    pub(super) winding_voltage: T,
+    /// At the load motor's winding [V], or the reference of its current [A].
+    pub(super) load_command: T,
     /// Friction of the motor that does not depend on speed [N m].
     pub(super) motor_resistance: T,
     /// The same of the load [N m].
@@ -61,7 +62,7 @@ pub(super) struct Acting<T> {
 
 impl<T: Scalar> Response<T> {
     /// For these parameters over a tick of `dt` [s].
-    pub(super) fn new(p: &[T; PARAMETERS], regime: Regime, dt: f64) -> Self {
+    pub(super) fn new(p: &[T; PARAMETERS], regime: Regime, amplifiers: Amplifiers, dt: f64) -> Self {
         const N: usize = STATES + INPUTS;
         let get = |index: Index| p[index as usize];
         let (zero, one) = (T::of(0.0), T::of(1.0));
@@ -84,8 +85,13 @@ impl<T: Scalar> Response<T> {
         let constant = get(Index::TorqueConstant);
         (a[2][0], a[2][1], a[2][2]) = (c * per, d * per, -(d + load[1]) * per);
         (a[2][3], a[2][5], a[2][STATES + 3]) = (-constant * per, -load[0] * per, -per);
-        let per = one / get(Index::Inductance);
-        (a[3][2], a[3][3], a[3][STATES + 1]) = (constant * per, -get(Index::Resistance) * per, per);
+        if amplifiers.take_torque {
+            let per = one / get(Index::LoadLag);
+            (a[3][3], a[3][STATES + 1]) = (-per, per);
+        } else {
+            let per = one / get(Index::Inductance);
+            (a[3][2], a[3][3], a[3][STATES + 1]) = (constant * per, -get(Index::Resistance) * per, per);
+        }
         let per = one / get(Index::ServoLag);
         (a[4][4], a[4][STATES]) = (-per, get(Index::TorquePerVolt) * per);
         a[5][2] = one;
@@ -111,8 +117,8 @@ impl<T: Scalar> Response<T> {
     /// One tick.
     #[inline(always)]
     pub(super) fn step(&self, state: &mut [T; STATES], acting: Acting<T>) {
-        let Acting { servo_voltage, winding_voltage, motor_resistance, load_resistance } = acting;
-        let inputs = [servo_voltage, winding_voltage, motor_resistance, load_resistance];
+        let Acting { servo_voltage, load_command, motor_resistance, load_resistance } = acting;
+        let inputs = [servo_voltage, load_command, motor_resistance, load_resistance];
         let mut sum = [T::of(0.0); STATES];
         for (column, value) in self.columns.iter().zip(state.iter().chain(&inputs)) {
             for row in 0..STATES {

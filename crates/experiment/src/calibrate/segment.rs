@@ -3,7 +3,8 @@
 use stickslip_core::friction::Stribeck;
 use stickslip_core::scalar::Scalar;
 
-use super::parameters::{Index, PARAMETERS};
+use super::delayed::Delayed;
+use super::parameters::{Amplifiers, Index, PARAMETERS};
 use super::response::{Acting, CHANNELS, Regime, Response, STATES};
 use super::tacho_ripple::TachoRipple;
 
@@ -15,13 +16,13 @@ pub(super) const LEVEL: usize = 4;
 /// instruments) settle in them; their time constants are a millisecond at most.
 pub(super) const LEAD_IN: usize = 40;
 
-/// Measured values at a tick, and the voltages from then until the next tick.
+/// Measured values at a tick, and the commands sent for the time from then until the next tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
-    /// At the servo amplifier [V].
+    /// For the servo amplifier [V].
     pub(super) servo_voltage: f64,
-    /// At the load motor's winding [V].
-    pub(super) winding_voltage: f64,
+    /// For the load motor's winding [V], or the reference of its current [A].
+    pub(super) load_command: f64,
     /// Of the screw, from its zero [rad].
     pub(super) angle: f64,
     /// Angle [rad] since the start of the segment, tacho [V], accelerometer [V], current [A].
@@ -67,6 +68,8 @@ pub(super) struct Setting {
     pub(super) carriage_ratio: f64,
     /// Periods of the tacho's ripple in a revolution; 0 for none.
     pub(super) ripple_order: usize,
+    /// Its amplifiers.
+    pub(super) amplifiers: Amplifiers,
     /// Whether the bench has accelerometer and tacho.
     pub(super) has_instruments: bool,
     /// Friction at constant speed; only the rest of its Stribeck drop has an effect.
@@ -81,7 +84,7 @@ pub(super) fn predict<T: Scalar>(
     setting: &Setting,
     mut visit: impl FnMut(usize, &[T; STATES], [T; CHANNELS]),
 ) {
-    let response = Response::new(p, segment.regime, setting.dt);
+    let response = Response::new(p, segment.regime, setting.amplifiers, setting.dt);
     let get = |index: Index| p[index as usize];
     let per_angle = get(Index::AccelerometerScale) * T::of(setting.carriage_ratio);
     let offset = get(Index::AccelerometerScale) * get(Index::AccelerometerOffset);
@@ -92,6 +95,10 @@ pub(super) fn predict<T: Scalar>(
     let mut state: [T; STATES] = [twist, motor, load, T::of(first.measured[3]), torque, angle, motor, none, none];
     let ripple = (setting.ripple_order > 0 && !segment.is_stuck()).then(|| TachoRipple::new(p, first.angle, setting));
     let sliding = lifted(&setting.rubbed);
+    let delays = setting
+        .amplifiers
+        .are_late
+        .then(|| [Index::ServoDelay, Index::LoadDelay].map(|index| Delayed::new(get(index) * T::of(1.0 / setting.dt))));
     for (k, sample) in segment.samples.iter().enumerate() {
         let tacho = get(Index::TachoScale) * state[6];
         let current = state[3] + get(Index::CurrentOffset);
@@ -106,12 +113,14 @@ pub(super) fn predict<T: Scalar>(
             let drop = sliding.level(state[2].abs()) - sliding.kinetic_torque;
             load_resistance = friction * (T::of(1.0) + share) + drop * state[2].sign();
         }
-        let acting = Acting {
-            servo_voltage: T::of(sample.servo_voltage),
-            winding_voltage: T::of(sample.winding_voltage),
-            motor_resistance,
-            load_resistance,
+        let [servo_voltage, load_command] = match &delays {
+            None => [T::of(sample.servo_voltage), T::of(sample.load_command)],
+            Some([servo, load]) => {
+                let before = |late: usize| &segment.samples[k.saturating_sub(late)];
+                [servo.of(|late| before(late).servo_voltage), load.of(|late| before(late).load_command)]
+            }
         };
+        let acting = Acting { servo_voltage, load_command, motor_resistance, load_resistance };
         let before = state;
         response.step(&mut state, acting);
         if let Some(ripple) = &ripple {

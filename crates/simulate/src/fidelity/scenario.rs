@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use stickslip_core::control::reference::{Constant, Generator, MotionLimits, PointToPoint, Ramp, Reference, Sine};
-use stickslip_core::control::{AxisControl, Cascade, Pid, PositionController};
+use stickslip_core::control::{AxisControl, Pid, PositionController};
 
 use super::staircase::Staircase;
 use stickslip_base::{Error, Preset};
@@ -272,7 +272,7 @@ impl Scenario {
         let controller = match self.kind {
             Kind::Hunting => pid(preset, 15.0, 3.0)?.into(),
             Kind::StickSlip => pid(preset, 20.0, 1.0)?.into(),
-            Kind::Curve | Kind::CorrectedCurve => speed_holder(preset)?.into(),
+            Kind::Curve | Kind::CorrectedCurve => speed_holder(preset)?,
             // With compensation and hold.
             _ => design::axis_control(&preset.model, &preset.bench)?,
         };
@@ -298,8 +298,7 @@ fn pid(preset: &Preset<f64>, bandwidth: f64, factor: f64) -> Result<PositionCont
 }
 
 /// A controller that holds a speed as stiffly as its delays permit.
-fn speed_holder(preset: &Preset<f64>) -> Result<PositionController<f64>, Error> {
-    let base = Cascade { torque_limit: preset.bench.controller.torque_limit(), ..Cascade::default() };
-    let (model, dt) = (&preset.model, preset.bench.tick_time());
-    Ok(PositionController::Cascade(design::speed_holder(base, &model.drive, model.loop_lag(), dt)?))
+fn speed_holder(preset: &Preset<f64>) -> Result<AxisControl<f64>, Error> {
+    let limit = preset.bench.controller.torque_limit();
+    design::speed_holder(limit, &preset.model, preset.bench.tick_time())
 }

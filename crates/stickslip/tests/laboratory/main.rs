@@ -10,6 +10,7 @@ mod fidelity;
 mod fuzz;
 mod integrator;
 mod integrator_stability;
+mod late_drives;
 mod linear;
 #[cfg(unix)]
 mod loaded;

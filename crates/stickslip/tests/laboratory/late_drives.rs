@@ -1,0 +1,80 @@
+//! Drives that take a torque and act late, as on a fieldbus: delays are identified, and laws and loops allow for them.
+
+use stickslip::bench::VirtualBench;
+use stickslip::calibrate::{CalibrationPlan, calibrate};
+use stickslip::experiment::home;
+use stickslip::{Error, LawChoice, Preset, Residual, Watch, parameters};
+
+/// Delays of drive motor and load motor [s].
+const LATE: [f64; 2] = [2.4e-3, 3.0e-3];
+
+/// A preset at 1 kHz with drives that take a torque; the model assumes these delays.
+fn fieldbus(name: &str, assumed: [f64; 2]) -> Preset<f64> {
+    let source = parameters::presets::find(name).expect("a preset");
+    let mut preset: Preset<f64> = source.read().expect("a sound one");
+    (preset.bench.tick_rate, preset.bench.torque_amplifier) = (1000.0, 1.0);
+    [preset.plant.servo.delay, preset.plant.load_motor.amplifier.delay] = LATE;
+    [preset.model.servo_delay, preset.model.load_amplifier.delay] = assumed;
+    preset
+}
+
+#[test]
+fn the_delays_of_both_drives_are_identified() {
+    let mut preset = fieldbus("clm-bench", [5e-3; 2]);
+    preset.model.drive.load_inertia *= 1.15;
+    preset.model.drive.coupling_stiffness *= 0.8;
+    let mut bench = VirtualBench::new(&preset, 1).unwrap();
+    home(&mut bench, &Watch::silent()).unwrap();
+    let calibration = calibrate(&CalibrationPlan::default(), &mut bench, &Watch::silent()).unwrap();
+    let plant = &preset.plant;
+    for (key, truth, share) in [
+        ("servo_delay", LATE[0], 0.03),
+        ("load_delay", LATE[1], 0.005),
+        ("load_lag", plant.load_motor.amplifier.lag, 0.1),
+        ("load_inertia", plant.drive.load_inertia, 0.01),
+        ("motor_inertia", plant.drive.motor_inertia, 0.01),
+        ("coupling_stiffness", plant.drive.coupling_stiffness, 0.02),
+    ] {
+        let identified = calibration.value(key).unwrap_or_else(|| panic!("{key} is missing"));
+        assert!((identified.value / truth - 1.0).abs() < share, "{key}: {identified:?} instead of {truth}");
+    }
+    assert_eq!(calibration.model.servo_delay, calibration.value("servo_delay").unwrap().value);
+    assert_eq!(calibration.model.load_amplifier.delay, calibration.value("load_delay").unwrap().value);
+    // A drive that takes a torque has no voltage that could calibrate it.
+    for absent in ["torque_constant", "resistance", "inductance"] {
+        assert!(calibration.value(absent).is_none(), "{absent}");
+    }
+}
+
+/// Deviation of the rendered from the desired friction [N m RMS] while a carriage follows a sine of 2 Hz.
+fn deviation(preset: &Preset<f64>) -> f64 {
+    let sine = |time: f64| {
+        let omega = 2.0 * std::f64::consts::TAU;
+        let (sin, cos) = (omega * time).sin_cos();
+        Setpoint { position: 1.0 - cos, velocity: omega * sin, acceleration: omega * omega * cos }
+    };
+    let simulation =
+        Simulation { preset, setpoints: Setpoints::Function(&sine), duration: 4.0, rest: 0.5, render: true, seed: 1 };
+    let simulated = simulate::<Error>(&simulation, None, &Watch::silent()).unwrap();
+    let [friction, load, velocity] =
+        ["true_friction_torque", "true_load_torque", "true_velocity"].map(|name| simulated.signal(name).unwrap());
+    let desired = preset.bench.desired;
+    let squares = (0..friction.len()).filter(|&k| velocity[k].abs() > 2.0).map(|k| {
+        let due = desired.magnitude(velocity[k].abs()).copysign(velocity[k]);
+        (friction[k] + load[k] - due).powi(2)
+    });
+    let count = squares.clone().count();
+    (squares.sum::<f64>() / count as f64).sqrt()
+}
+
+#[test]
+fn a_law_that_knows_the_delays_renders_better() {
+    let render = |assumed| {
+        let mut preset = fieldbus("clm-bench", assumed);
+        preset.bench.law = LawChoice::Residual(Residual::default());
+        deviation(&preset)
+    };
+    let (known, unknown) = (render(LATE), render([0.0; 2]));
+    println!("{known} {unknown}");
+    assert!(known < 0.7 * unknown, "{known} N m with the delays in the model, {unknown} N m without");
+}
