@@ -7,8 +7,8 @@ use clap::Args;
 use stickslip::bench::remote::Address;
 use stickslip::calibrate::CalibrationPlan;
 use stickslip::quantity::number;
-use stickslip::workflow::calibrate::{CALIBRATED, calibrate_remote, calibrate_run};
-use stickslip::{Watch, parameters};
+use stickslip::workflow::calibrate::{CALIBRATED, calibrate_fieldbus, calibrate_remote, calibrate_run};
+use stickslip::{BenchError, Error, Watch, parameters};
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -46,6 +46,11 @@ impl CalibrateCommand {
         self.shown
             .print_line(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
         let run = match self.io {
+            Some(Address::Ethercat(interface)) => {
+                let open =
+                    super::ethercat::open().ok_or_else(|| Error::from(BenchError::without_main_device(&interface)))?;
+                calibrate_fieldbus(&plan, &preset, (open, &interface), watch)?
+            }
             Some(address) => calibrate_remote(&plan, &preset, address, watch)?,
             None => calibrate_run(&plan, &preset, self.seed, watch)?,
         };

@@ -51,6 +51,9 @@ use stickslip_base::{Error, Watch};
 use stickslip_bench::{Bench, Command};
 use stickslip_fit::{CurvePoint, StribeckFit, fit_stribeck};
 
+/// Least number of segments with a sliding and with a resting load.
+const SEGMENTS: usize = 3;
+
 /// Torque constants of motors that turn a bench [N m/A].
 const LOAD_MOTORS: [f64; 2] = [1e-4, 10.0];
 
@@ -86,7 +89,7 @@ pub fn calibratable(model: &Model<f64>) -> Result<(), Error> {
 ///
 /// # Errors
 /// As [`calibratable`]; [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`]; [`Error::TooFew`] if the load
-/// slid on too few plateaus.
+/// slid on too few plateaus, or if too few segments are without a missed tick.
 pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
     let (model, settings) = (*bench.model(), *bench.settings());
     calibratable(&model)?;
@@ -101,6 +104,7 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     let curve = measure_friction(&friction_plan(), bench, false, watch)?;
     let rubbed = curve.fit()?.curve();
     segments.extend(record::resting(plan, rubbed.breakaway_torque, bench, watch)?);
+    enough(&segments)?;
     let last = bench.step(Command::default())?.cycle;
 
     let has_instruments = settings.observer == ObserverChoice::Accelerometer;
@@ -112,6 +116,18 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     let at = parameters::values(&solution.coordinates);
     let own = own_friction(&curve, &model, amplifiers, &at)?;
     Ok(Calibration::new(&model, &solution, curve, own, (last - first) as f64 * dt))
+}
+
+/// Checks that missed ticks have left enough of the runs.
+fn enough(segments: &[segment::Segment]) -> Result<(), Error> {
+    let stuck = segments.iter().filter(|segment| segment.is_stuck()).count();
+    let found = stuck.min(segments.len() - stuck);
+    if found < SEGMENTS {
+        let what = "segments without a missed tick";
+        let remedy = "Reduce the missed ticks (stickslip doctor), or shorten the segments (plan.segment).";
+        return Err(Error::TooFew { what, found, needed: SEGMENTS, remedy });
+    }
+    Ok(())
 }
 
 /// Residuals of the channels assumed before the model is near: ten counts, 1 rad/s, a twentieth of g, 50 mA; infinite

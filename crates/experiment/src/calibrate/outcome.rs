@@ -77,12 +77,13 @@ impl Calibration {
         let mut warnings: Vec<String> = dropped.collect();
         let unknown = values.iter().filter(|number| !number.is_determined());
         warnings.extend(unknown.map(|number| {
-            format!(
-                "Not identifiable: {}, standard uncertainty {:.0} %; the model keeps its value. {}",
-                number.words,
-                100.0 * number.standard_uncertainty / number.value.abs(),
-                remedy(number.key)
-            )
+            let uncertainty = number.standard_uncertainty;
+            let how = if uncertainty.is_finite() {
+                format!("standard uncertainty {:.0} %", 100.0 * uncertainty / number.value.abs())
+            } else {
+                "it has no effect above the noise".into()
+            };
+            format!("Not identifiable: {}, {how}; the model keeps its value. {}", number.words, remedy(number.key))
         }));
         let traces = traces(solution);
         warnings.extend(unexplained(traces[0].rms, model.encoder.resolution()));

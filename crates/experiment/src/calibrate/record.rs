@@ -103,7 +103,10 @@ impl CalibrationPlan<f64> {
 
 /// Collects frames as samples: the output of a frame acts from the next one on.
 struct Recorder {
-    samples: Vec<Sample>,
+    /// Stretches without a missed tick.
+    stretches: Vec<Vec<Sample>>,
+    /// Number of the next tick.
+    next: u64,
     before: Option<[f64; 2]>,
     /// Winding voltage, or current, per volt for the load amplifier.
     gain: f64,
@@ -116,13 +119,14 @@ impl Recorder {
         let takes_torque = bench.settings().torque_amplifier > 0.5;
         let gain = if takes_torque { 1.0 } else { model.load_amplifier.gain };
         let per_ampere = model.scaling.current_sensor;
-        Recorder { samples: Vec::new(), before: None, gain, per_ampere }
+        Recorder { stretches: Vec::new(), next: 0, before: None, gain, per_ampere }
     }
 
     fn push(&mut self, frame: &Frame) {
         let measurement = &frame.measurement;
-        if let Some([servo_voltage, amplifier_voltage]) = self.before {
-            self.samples.push(Sample {
+        if let (Some([servo_voltage, amplifier_voltage]), true) = (self.before, frame.cycle == self.next) {
+            let Some(stretch) = self.stretches.last_mut() else { return };
+            stretch.push(Sample {
                 servo_voltage,
                 load_command: self.gain * amplifier_voltage,
                 angle: frame.angle,
@@ -133,13 +137,16 @@ impl Recorder {
                     measurement.current_voltage / self.per_ampere,
                 ],
             });
+        } else {
+            self.stretches.push(Vec::new());
         }
+        self.next = frame.cycle + 1;
         self.before = Some([frame.signals.servo_voltage, frame.signals.amplifier_voltage]);
     }
 
-    /// The record in segments of `length` samples; angles count from the start of each.
+    /// The record in segments of `length` samples without a missed tick; angles count from the start of each.
     fn cut(self, length: usize, regime: Regime, velocity: f64) -> Vec<Segment> {
-        let pieces = self.samples.chunks_exact(length);
+        let pieces = self.stretches.iter().flat_map(|stretch| stretch.chunks_exact(length));
         pieces
             .map(|piece| {
                 let mut samples = piece.to_vec();
@@ -255,4 +262,27 @@ fn travel(bench: &mut dyn Bench, traveller: &mut SpeedRamp, to: f64, speed: f64,
         bench.hand_over(under_control(traveller.toward(0.0)))?;
     }
     watch.check()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stickslip_bench::VirtualBench;
+
+    #[test]
+    fn a_missed_tick_ends_a_segment() {
+        let preset = stickslip_base::parameters::presets::find("clm-bench").unwrap().read().unwrap();
+        let mut bench = VirtualBench::new(&preset, 1).unwrap();
+        let frame = bench.step(Command::default()).unwrap();
+        let mut recorder = Recorder::new(&bench);
+        // Tick 25 is missing.
+        for cycle in (0..25).chain(26..61) {
+            recorder.push(&Frame { cycle, angle: cycle as f64, ..frame });
+        }
+        let segments = recorder.cut(10, Regime::Stuck, 0.0);
+        // Each stretch lacks its first tick, whose commands are not known.
+        let starts: Vec<f64> = segments.iter().map(|segment| segment.samples[0].angle).collect();
+        assert_eq!(starts, [1.0, 11.0, 27.0, 37.0, 47.0]);
+        assert!(segments.iter().all(|segment| segment.samples[9].measured[0] == 9.0));
+    }
 }

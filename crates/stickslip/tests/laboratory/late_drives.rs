@@ -3,7 +3,9 @@
 use stickslip::bench::VirtualBench;
 use stickslip::calibrate::{CalibrationPlan, calibrate};
 use stickslip::experiment::home;
+use stickslip::simulation::{Simulation, simulate};
 use stickslip::{Error, LawChoice, Preset, Residual, Watch, parameters};
+use stickslip_core::control::reference::{Generator, Reference, Sine};
 
 /// Delays of drive motor and load motor [s].
 const LATE: [f64; 2] = [2.4e-3, 3.0e-3];
@@ -48,16 +50,12 @@ fn the_delays_of_both_drives_are_identified() {
 
 /// Deviation of the rendered from the desired friction [N m RMS] while a carriage follows a sine of 2 Hz.
 fn deviation(preset: &Preset<f64>) -> f64 {
-    let sine = |time: f64| {
-        let omega = 2.0 * std::f64::consts::TAU;
-        let (sin, cos) = (omega * time).sin_cos();
-        Setpoint { position: 1.0 - cos, velocity: omega * sin, acceleration: omega * omega * cos }
-    };
-    let simulation =
-        Simulation { preset, setpoints: Setpoints::Function(&sine), duration: 4.0, rest: 0.5, render: true, seed: 1 };
+    let sine = Reference::Sine(Sine { amplitude: 1.0, frequency: 2.0, fade_time: 0.5 });
+    let setpoints = Generator::new(sine, preset.bench.tick_rate);
+    let simulation = Simulation { preset, setpoints, duration: 4.0, rest: 0.5, render: true, seed: 1 };
     let simulated = simulate::<Error>(&simulation, None, &Watch::silent()).unwrap();
-    let [friction, load, velocity] =
-        ["true_friction_torque", "true_load_torque", "true_velocity"].map(|name| simulated.signal(name).unwrap());
+    let signal = |name: &str| &simulated.columns.iter().find(|column| column.name == name).expect("a signal").values;
+    let [friction, load, velocity] = ["true_friction_torque", "true_load_torque", "true_velocity"].map(signal);
     let desired = preset.bench.desired;
     let squares = (0..friction.len()).filter(|&k| velocity[k].abs() > 2.0).map(|k| {
         let due = desired.magnitude(velocity[k].abs()).copysign(velocity[k]);
