@@ -21,6 +21,8 @@ use stickslip_base::{Error, Watch};
 const STEPS: usize = 25;
 /// Longest step, in logarithms: beyond it the linear model is invalid.
 const LONGEST: f64 = 0.7;
+/// Sum of squares of a disturbed segment over the median of all.
+const DISTURBED: f64 = 25.0;
 
 /// Result of the fit.
 #[derive(Clone, Debug)]
@@ -31,6 +33,8 @@ pub(super) struct Solution {
     pub(super) uncertainty: Uncertainty,
     /// The segments, each with its own numbers.
     pub(super) segments: Vec<Segment>,
+    /// Number of segments that were left out.
+    pub(super) disturbed: usize,
     /// Settings, with the identified ripple.
     pub(super) setting: Setting,
 }
@@ -73,12 +77,30 @@ pub(super) fn fit(
     // Then all data, twice, under the noise of the residuals.
     learn_noise(&mut noises, &coordinates, &first, &setting, 0);
     descend(&mut coordinates, &mut segments, &setting, &noises, STEPS, &stage(2))?;
+    let recorded = segments.len();
+    let reached = blocks(&coordinates, &segments, &setting, &noises);
+    drop_disturbed(&mut segments, &reached);
     for round in [3, 4] {
         learn_noise(&mut noises, &coordinates, &segments, &setting, MEMORY);
         descend(&mut coordinates, &mut segments, &setting, &noises, STEPS, &stage(round))?;
     }
     let uncertainty = Uncertainty::of(&blocks(&coordinates, &segments, &setting, &noises));
-    Ok(Solution { coordinates, uncertainty, segments, setting })
+    let disturbed = recorded - segments.len();
+    Ok(Solution { coordinates, uncertainty, segments, disturbed, setting })
+}
+
+/// Leaves out the segments that deviate far more than half of their kind: a tick that came late, or a disturbance.
+fn drop_disturbed(segments: &mut Vec<Segment>, blocks: &[Block]) {
+    let costs: Vec<f64> = blocks.iter().map(Block::cost).collect();
+    let median = |is_stuck: bool| {
+        let alike = segments.iter().zip(&costs).filter(|(segment, _)| segment.is_stuck() == is_stuck);
+        let mut costs: Vec<f64> = alike.map(|(_, cost)| *cost).collect();
+        costs.sort_by(f64::total_cmp);
+        costs.get(costs.len() / 2).copied().unwrap_or(f64::INFINITY)
+    };
+    let limits = [false, true].map(|is_stuck| DISTURBED * median(is_stuck));
+    let mut costs = costs.into_iter();
+    segments.retain(|segment| costs.next().is_some_and(|cost| cost <= limits[usize::from(segment.is_stuck())]));
 }
 
 /// Moves both delays to the whole ticks with the least cost, that of the load amplifier first: its current shows it without

@@ -78,10 +78,14 @@ pub(super) fn drive(model: &Model<f64>, solution: &Solution) -> Vec<Identified> 
         Index::CurrentOffset,
         Index::SlidingSlope,
     ];
+    // A sensor that is faster than the samples has no effect.
+    let too_fast = now[Index::AccelerometerFrequency as usize].value * solution.setting.dt > TAU;
     let number = |i: usize| {
         let FreeParameter { key, words, unit, .. } = SOUGHT[i];
         let assumed = if unstated.iter().any(|index| *index as usize == i) { f64::NAN } else { before[i] };
-        Identified::new(key, words, unit, assumed, now[i].value, solution.known(&now[i]))
+        let ineffective = too_fast && matches!(key, "accelerometer_frequency" | "accelerometer_damping");
+        let known = if ineffective { Known::NOTHING } else { solution.known(&now[i]) };
+        Identified::new(key, words, unit, assumed, now[i].value, known)
     };
     use Index::{BrushDamping, BrushStiffness, RippleCosine, RippleSine, TachoCosine, TachoSine};
     let hidden = [RippleCosine, RippleSine, BrushStiffness, BrushDamping, TachoSine, TachoCosine];

@@ -85,6 +85,14 @@ impl Calibration {
             };
             format!("Not identifiable: {}, {how}; the model keeps its value. {}", number.words, remedy(number.key))
         }));
+        let (disturbed, fitted) = (solution.disturbed, solution.segments.len());
+        warnings.extend((disturbed > 0).then(|| {
+            format!(
+                "{disturbed} of {} segments deviate from the simulation more than five times as much as the others and \
+                 are left out: late ticks (stickslip doctor), or a disturbance.",
+                disturbed + fitted
+            )
+        }));
         let traces = traces(solution);
         warnings.extend(unexplained(traces[0].rms, model.encoder.resolution()));
         let mut calibration = Calibration {

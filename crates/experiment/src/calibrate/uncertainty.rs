@@ -43,6 +43,11 @@ pub(super) struct Known {
     pub(super) half: f64,
 }
 
+impl Known {
+    /// No segment determines the number.
+    pub(super) const NOTHING: Known = Known { standard: f64::INFINITY, half: f64::INFINITY };
+}
+
 impl Uncertainty {
     /// Uncertainty by the segments at the minimum.
     pub(super) fn of(blocks: &[Block]) -> Self {
@@ -66,7 +71,7 @@ impl Uncertainty {
         let shares: Vec<f64> = self.segments.iter().map(|it| (it.rows * along).norm_squared()).collect();
         let information: f64 = shares.iter().sum();
         if information.partial_cmp(&(0.5 * along.norm_squared())) != Some(std::cmp::Ordering::Greater) {
-            return Known { standard: f64::INFINITY, half: f64::INFINITY };
+            return Known::NOTHING;
         }
         let standard = self.segments.iter().map(|it| along.dot(&it.score).powi(2)).sum::<f64>().sqrt();
         let reaches: Vec<Vector> = self.segments.iter().map(|it| it.reach * along).collect();
