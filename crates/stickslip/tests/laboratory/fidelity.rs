@@ -5,18 +5,24 @@ use std::path::Path;
 use stickslip::fidelity::{Selection, run_plan};
 use stickslip::{Watch, fidelity::Row};
 
-/// Cells of the committed table: preset, wheel, rate, mismatch, law, auto, scenario, difference, …
+/// Cells of the committed table: preset, wheel, rate, mismatch, law, auto, scenario, difference, …, and the observer
+/// last.
 fn committed() -> Vec<Vec<String>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/studies/fidelity.csv");
     let text = std::fs::read_to_string(file).expect("the study is committed");
     text.lines().skip(1).map(|line| line.split(',').map(String::from).collect()).collect()
 }
 
-/// The difference of the selected law, or of another, on `prototype`.
+/// The difference of the selected law, or of another, on `prototype` with accelerometer and tacho.
 fn difference(rows: &[Vec<String>], cell: [&str; 3], law: &str, scenario: &str) -> f64 {
+    difference_by("accelerometer", rows, cell, law, scenario)
+}
+
+/// The same with an observer.
+fn difference_by(observer: &str, rows: &[Vec<String>], cell: [&str; 3], law: &str, scenario: &str) -> f64 {
     let is = |row: &&Vec<String>| {
         let law = if law == "auto" { row[5] == "1" } else { row[4] == law };
-        row[0] == "prototype" && row[1..4] == cell && law && row[6] == scenario
+        row[0] == "prototype" && row[1..4] == cell && law && row[6] == scenario && row[14] == observer
     };
     rows.iter().find(is).and_then(|row| row[7].parse().ok()).unwrap_or_else(|| panic!("{cell:?} {law} {scenario}"))
 }
@@ -64,23 +70,22 @@ fn the_selected_law_meets_its_limits_with_and_without_the_wheel() {
 #[test]
 fn the_program_still_gives_the_committed_study() {
     let list = |name: &str| vec![name.to_owned()];
-    let selection = Selection {
-        presets: list("prototype"),
-        laws: list("bristle"),
-        rates: vec![4000.0],
-        wheel: Some(true),
-        mismatches: list("perfect"),
-        observers: list("accelerometer"),
-        scenarios: list("sine_2hz"),
-        ..Selection::default()
-    };
-    let outcome = run_plan(&selection.plan().unwrap(), &Watch::silent()).unwrap();
-    let [Row { score, .. }] = &outcome.rows[..] else { panic!("one number") };
-    let then = difference(&committed(), ["1", "4000", "perfect"], "bristle", "sine_2hz");
-    // With the printed digits.
-    assert!(
-        (score.difference - then).abs() < 1e-5,
-        "{}, was {then}: run `cargo xtask study fidelity`",
-        score.difference
-    );
+    for (observer, mismatch) in [("accelerometer", "perfect"), ("model", "real")] {
+        let selection = Selection {
+            presets: list("prototype"),
+            laws: list("bristle"),
+            rates: vec![4000.0],
+            wheel: Some(true),
+            mismatches: list(mismatch),
+            observers: list(observer),
+            scenarios: list("sine_2hz"),
+            ..Selection::default()
+        };
+        let outcome = run_plan(&selection.plan().unwrap(), &Watch::silent()).unwrap();
+        let [Row { score, .. }] = &outcome.rows[..] else { panic!("one number") };
+        let then = difference_by(observer, &committed(), ["1", "4000", mismatch], "bristle", "sine_2hz");
+        // With the printed digits.
+        let now = score.difference;
+        assert!((now - then).abs() < 1e-5, "{observer}: {now}, was {then}: run `cargo xtask study fidelity`");
+    }
 }
