@@ -150,6 +150,11 @@ fn motor_delay(model: &Model<f64>, dt: f64) -> Result<Delay<f64>, Error> {
     delay("delay of the servo amplifier in the model", model.servo_delay, dt)
 }
 
+/// The delay of the load motor's command in samples of `dt` [s].
+pub(super) fn load_delay(model: &Model<f64>, dt: f64) -> Result<Delay<f64>, Error> {
+    delay("delay of the load amplifier in the model", model.load_amplifier.delay, dt)
+}
+
 /// The modelled drive with this friction on the load, in steps of this length [s], without current in the load motor.
 fn without_load_motor(model: &Model<f64>, friction: Friction<f64>, step: f64) -> DriveModel<f64> {
     let winding = Winding { torque_constant: 0.0, ..model.load_motor };
@@ -177,7 +182,7 @@ fn corrected_drive(
     Ok(DriveObserver {
         steps,
         motor_delay: motor_delay(model, dt)?,
-        load_delay: delay("delay of the load amplifier in the model", model.load_amplifier.delay, dt)?,
+        load_delay: load_delay(model, dt)?,
         gains: gains?,
         fast_gains: fast_gains?,
         ripple_velocity,

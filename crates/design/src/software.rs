@@ -7,6 +7,7 @@ use stickslip_core::tick::Tick;
 use stickslip_software::cycle::Parameters;
 use stickslip_software::supervise::Brake;
 
+use super::drive_observer::load_delay;
 use super::{arm_rendering, axis_control, current_control, motion_observer, predictive_current_control, velocity_gain};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
@@ -42,6 +43,7 @@ pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parame
         safety: settings.safety,
         brake: brake(model, settings)?,
         drive_torque_constant: model.motor.torque_constant,
+        load_delay: load_delay(model, settings.tick_time())?,
     })
 }
 

@@ -20,6 +20,7 @@ use stickslip_core::Fields;
 use stickslip_core::block::Block as _;
 use stickslip_core::control::AxisControlInput;
 use stickslip_core::control::reference::Setpoint;
+use stickslip_core::drive::{Delay, LONGEST_DELAY};
 use stickslip_core::estimate::MotionObserver;
 use stickslip_core::tick::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
@@ -128,6 +129,8 @@ pub struct Parameters<T> {
     /// Torque constant of the drive motor; 0 where its current is not known.
     #[field(symbol = "K_t", unit = "N m/A", range = 0.0..=100.0)]
     pub drive_torque_constant: T,
+    /// Delay of the load amplifier.
+    pub load_delay: Delay<T>,
 }
 
 /// The software of the bench, cycle after cycle.
@@ -150,6 +153,8 @@ pub struct Software {
     command: Command,
     /// Inputs of a position controller in the last tick.
     last: AxisControlInput<f64>,
+    /// References of the load current that have not acted yet, the newest first [A].
+    asked: [f64; LONGEST_DELAY],
 }
 
 impl Software {
@@ -167,6 +172,7 @@ impl Software {
             voltages: Voltages::default(),
             command: Command::default(),
             last: AxisControlInput::default(),
+            asked: [0.0; LONGEST_DELAY],
         }
     }
 
@@ -395,6 +401,9 @@ impl Software {
         let (drive, load) = (self.parameters.drive_torque_constant, tick.current.torque_constant);
         let most = tick.current.current_limit;
         let missed = core::mem::take(&mut self.missed);
+        let asked = current(signals.difference_torque, load).clamp(-most, most);
+        // A reference that has not acted yet is no deviation. A missed tick holds it.
+        let asked_load_current = self.parameters.load_delay.next(&mut self.asked, asked);
         let acceleration = match &tick.observer {
             MotionObserver::Accelerometer(observer) => {
                 Some(readings.accelerometer_voltage / tick.scaling.accelerometer * observer.screw_ratio)
@@ -408,7 +417,7 @@ impl Software {
             acceleration,
             drive_current: current(signals.commanded_torque, drive),
             load_current: current(signals.measured_load_torque, load),
-            asked_load_current: current(signals.difference_torque, load).clamp(-most, most),
+            asked_load_current,
             // Without control there is nothing to follow.
             reference_position: if order.control > 0.5 { order.reference.position } else { signals.measured_angle },
             broken: self.broken(signals),

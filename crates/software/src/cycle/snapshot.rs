@@ -18,6 +18,7 @@ impl Software {
             voltages,
             command,
             last,
+            asked,
         } = self;
         fields(keep, parameters);
         fields(keep, state);
@@ -29,6 +30,7 @@ impl Software {
         fields(keep, voltages);
         command.keep(keep);
         fields(keep, last);
+        asked.iter_mut().for_each(|current| keep.number(current));
     }
 }
 

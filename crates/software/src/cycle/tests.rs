@@ -288,3 +288,24 @@ fn a_fault_is_reported_although_the_machine_fails_while_braking() {
     software.change(&Change::MachineFailed(MachineFault::Restarted)).unwrap();
     assert_eq!(software.safety().state(), SafetyState::Fault(fault));
 }
+
+#[test]
+fn a_load_current_as_late_as_its_drive_is_no_deviation() {
+    let end = |ticks: f64| {
+        let mut software = running(0.0);
+        software.parameters.load_delay = Delay::new(ticks, 1.0).unwrap();
+        software.parameters.tick.current.torque_constant = 0.1;
+        let sensor = software.parameters.tick.scaling.current_sensor;
+        let limits = SafetyLimits { current_difference: 0.5, ..limits() };
+        software.safety.set_limits(limits, Brake::default());
+        // The current follows a ramp 8 ticks late.
+        for k in 0..60 {
+            let [asked, current] = [k, (k - 8).max(0)].map(|k| 0.1 * f64::from(k));
+            let command = Command { added_load_torque: 0.1 * asked, ..moving(0.0, 0.0) };
+            software.step(Measurement { current_voltage: sensor * current, ..Measurement::default() }, Some(command));
+        }
+        software.safety().state()
+    };
+    assert_eq!(end(8.0), SafetyState::Running);
+    assert!(matches!(end(0.0), SafetyState::Stopping(_) | SafetyState::Fault(_)));
+}
