@@ -29,7 +29,7 @@ pub use verdict::{Feasible, Shortage, Verdict};
 
 use super::{load_current_control, predicted_velocity_noise};
 use stickslip_base::Error;
-use stickslip_base::preset::{Model, Settings};
+use stickslip_base::preset::{LawChoice, Model, Settings};
 
 /// Steps between the examined speeds, evenly spaced on a logarithmic scale.
 const STEPS: usize = 400;
@@ -153,7 +153,7 @@ pub struct Region {
     pub voltage_limit: f64,
     /// Speed limit of supervision [rad/s].
     pub speed_limit: f64,
-    /// Delay from the screw's velocity to the load motor's torque [s].
+    /// Delay from the screw's velocity to the load motor's torque, without the part that the law predicts [s].
     pub delay: f64,
     /// Standard deviation of the estimated velocity by the data sheet [rad/s].
     pub velocity_noise: f64,
@@ -177,6 +177,12 @@ pub fn fastest(region: &Region) -> f64 {
     FASTEST.min(region.speed_limit)
 }
 
+/// Delay of the load amplifier [s]; a law with bristles predicts the motion up to its end.
+fn unpredicted_delay(model: &Model<f64>, settings: &Settings<f64>) -> f64 {
+    let predicts = matches!(settings.law, LawChoice::Bristle | LawChoice::Residual(_) | LawChoice::Admittance(_));
+    if predicts { 0.0 } else { model.load_amplifier.delay }
+}
+
 /// Delay of sampling and current control of the load motor [s]; a drive that takes a torque has its own current control.
 fn current_delay(model: &Model<f64>, settings: &Settings<f64>) -> f64 {
     let tick = settings.tick_time();
@@ -196,7 +202,7 @@ impl Region {
             torque_limit: current.current_limit * current.torque_constant,
             voltage_limit: current.largest_voltage(),
             speed_limit: settings.safety.speed,
-            delay: model.load_amplifier.delay + current_delay(model, settings),
+            delay: unpredicted_delay(model, settings) + current_delay(model, settings),
             velocity_noise: predicted_velocity_noise(model, settings)?,
             passage,
             winding: model.load_motor,

@@ -55,7 +55,7 @@ fn simulated(preset: &Preset<f64>, at: Operating, [torque, load]: [f64; 2], tick
     let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step).unwrap() };
     let bench = VirtualBench {
         machine,
-        delays: Default::default(),
+        delays: preset.bench.input_delays(&preset.plant).unwrap(),
         tick: design::software(&preset.model, &preset.bench).unwrap(),
     };
     let mut state = BenchState::default();
@@ -75,6 +75,8 @@ fn simulated(preset: &Preset<f64>, at: Operating, [torque, load]: [f64; 2], tick
         }
         state.amplifier_voltage = amplifier_voltage;
         state.servo_voltage = holding_torque / preset.model.scaling.torque_per_volt;
+        state.delays.servo_voltages.fill(state.servo_voltage);
+        state.delays.amplifier_voltages.fill(amplifier_voltage);
         state.tick.observer.velocity = velocity;
         state.plant.pickups.tacho = velocity * preset.plant.tacho.constant;
     }
@@ -118,6 +120,24 @@ fn sliding_and_stuck_the_linear_axis_is_the_bench_for_small_deviations() {
                 assert!(deviation < 2e-4, "{at:?}, input {input}, output {output}: {deviation:.1e}");
             }
         }
+    }
+}
+
+#[test]
+fn the_linear_axis_has_the_delays_of_both_drives() {
+    for at in [Operating::Stuck, Operating::Sliding(10.0)] {
+        let mut preset = ideal(at);
+        let Preset { plant, model, .. } = &mut preset;
+        // 2.4 and 1.6 ticks.
+        (plant.servo.delay, plant.load_motor.amplifier.delay) = (0.6e-3, 0.4e-3);
+        (model.servo_delay, model.load_amplifier.delay) = (0.6e-3, 0.4e-3);
+        for input in [port::TORQUE, port::LOAD] {
+            let deviation = deviation(&preset, at, input, port::TACHO);
+            assert!(deviation < 2e-4, "{at:?}, input {input}: {deviation:.1e}");
+        }
+        preset.model.servo_delay = 0.0;
+        let unknown = deviation(&preset, at, port::TORQUE, port::TACHO);
+        assert!(unknown > 1e-2, "{at:?}: {unknown:.1e} without the delay in the model");
     }
 }
 
