@@ -21,7 +21,7 @@ use stickslip_base::{Error, Watch};
 const STEPS: usize = 25;
 /// Longest step, in logarithms: beyond it the linear model is invalid.
 const LONGEST: f64 = 0.7;
-/// Sum of squares of a disturbed segment over the median of all.
+/// Sum of squares of a disturbed segment over the first quartile of all.
 const DISTURBED: f64 = 25.0;
 
 /// Result of the fit.
@@ -89,16 +89,17 @@ pub(super) fn fit(
     Ok(Solution { coordinates, uncertainty, segments, disturbed, setting })
 }
 
-/// Leaves out the segments that deviate far more than half of their kind: a tick that came late, or a disturbance.
+/// Leaves out the segments that deviate far more than the best quarter of their kind: ticks that came late, or a
+/// disturbance.
 fn drop_disturbed(segments: &mut Vec<Segment>, blocks: &[Block]) {
     let costs: Vec<f64> = blocks.iter().map(Block::cost).collect();
-    let median = |is_stuck: bool| {
+    let quartile = |is_stuck: bool| {
         let alike = segments.iter().zip(&costs).filter(|(segment, _)| segment.is_stuck() == is_stuck);
         let mut costs: Vec<f64> = alike.map(|(_, cost)| *cost).collect();
         costs.sort_by(f64::total_cmp);
-        costs.get(costs.len() / 2).copied().unwrap_or(f64::INFINITY)
+        costs.get(costs.len() / 4).copied().unwrap_or(f64::INFINITY)
     };
-    let limits = [false, true].map(|is_stuck| DISTURBED * median(is_stuck));
+    let limits = [false, true].map(|is_stuck| DISTURBED * quartile(is_stuck));
     let mut costs = costs.into_iter();
     segments.retain(|segment| costs.next().is_some_and(|cost| cost <= limits[usize::from(segment.is_stuck())]));
 }

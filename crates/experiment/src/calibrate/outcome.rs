@@ -88,7 +88,7 @@ impl Calibration {
         let (disturbed, fitted) = (solution.disturbed, solution.segments.len());
         warnings.extend((disturbed > 0).then(|| {
             format!(
-                "{disturbed} of {} segments deviate from the simulation more than five times as much as the others and \
+                "{disturbed} of {} segments deviate from the simulation more than five times as much as the best ones and \
                  are left out: late ticks (stickslip doctor), or a disturbance.",
                 disturbed + fitted
             )

@@ -183,7 +183,7 @@ pub(super) fn sloped(at: &[f64; PARAMETERS], amplifiers: Amplifiers) -> [Dual<PA
     values(&std::array::from_fn(|i| if amplifiers.frees(i) { Dual::variable(at[i], i) } else { Dual::of(at[i]) }))
 }
 
-/// What is known of both amplifiers.
+/// Kind and lateness of both amplifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Amplifiers {
     /// Whether that of the load motor takes a torque, the scale of all torques then; else it takes a voltage.

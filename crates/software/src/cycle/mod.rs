@@ -402,7 +402,7 @@ impl Software {
         let most = tick.current.current_limit;
         let missed = core::mem::take(&mut self.missed);
         let asked = current(signals.difference_torque, load).clamp(-most, most);
-        // A reference that has not acted yet is no deviation. A missed tick holds it.
+        // A reference that has not acted yet does not count. A missed tick holds it.
         let asked_load_current = self.parameters.load_delay.next(&mut self.asked, asked);
         let acceleration = match &tick.observer {
             MotionObserver::Accelerometer(observer) => {

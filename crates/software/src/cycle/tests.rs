@@ -290,7 +290,7 @@ fn a_fault_is_reported_although_the_machine_fails_while_braking() {
 }
 
 #[test]
-fn a_load_current_as_late_as_its_drive_is_no_deviation() {
+fn a_load_current_as_late_as_its_drive_is_normal() {
     let end = |ticks: f64| {
         let mut software = running(0.0);
         software.parameters.load_delay = Delay::new(ticks, 1.0).unwrap();
