@@ -30,7 +30,7 @@ impl<T: Scalar> Delayed<T> {
             }
             rises.min(falls)
         };
-        Delayed { weights: std::array::from_fn(|tick| weight(tick)) }
+        Delayed { weights: std::array::from_fn(weight) }
     }
 
     /// The acting command; `before` gives the one sent a number of ticks before.
