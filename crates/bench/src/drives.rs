@@ -56,8 +56,18 @@ impl MachineWithDrives {
     /// The machine of a preset, at rest.
     ///
     /// # Errors
-    /// A step too long for the virtual machine.
+    /// A step too long for the virtual machine; a delay of its amplifiers.
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
+        let plant = &preset.plant;
+        for (name, value) in [
+            ("plant.servo.delay", plant.servo.delay),
+            ("plant.load_motor.amplifier.delay", plant.load_motor.amplifier.delay),
+        ] {
+            if value > 0.0 {
+                let remedy = "Emulated drives have a delay of their own: use plant --torque-delay.";
+                return Err(Error::OutOfRange { name, value, unit: "s", minimum: 0.0, maximum: 0.0, remedy });
+            }
+        }
         let steps = (PERIOD / preset.bench.plant_step - 1e-9).ceil().max(1.0);
         let step = PERIOD / steps;
         let steps = steps as usize;
@@ -176,6 +186,17 @@ mod tests {
         let [motor, load] = after(&mut machine, 5000, [0.5, -0.3]);
         assert!((load.torque + 0.3).abs() < 1e-3 && (motor.torque - 0.5).abs() < 1e-3, "{motor:?} {load:?}");
         assert!(load.velocity.abs() < 1e-6, "the difference is below the breakaway torque: {load:?}");
+    }
+
+    #[test]
+    fn a_delay_of_the_amplifiers_is_refused_since_the_drives_have_their_own() {
+        let mut preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
+        preset.plant.load_motor.amplifier.delay = 1e-3;
+        let refused = MachineWithDrives::new(&preset, 1).unwrap_err().to_string();
+        assert!(
+            refused.contains("plant.load_motor.amplifier.delay") && refused.contains("--torque-delay"),
+            "{refused}"
+        );
     }
 
     #[test]

@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 use nalgebra::Matrix2;
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Setpoint;
+use stickslip_core::drive::{Delay, LONGEST_DELAY};
 use stickslip_core::friction::{Bend, DampingVelocity, ElastoPlastic, Fading, LuGre, Static, Stribeck, advance};
 use stickslip_core::scalar::{Dual, Scalar};
 
@@ -305,7 +306,9 @@ fn simulate<T: Scalar>(
     // The model's lag is that of amplifier and tacho together: the amplifier has a share between 0 and 1.
     let follow = 1.0 - libm::exp(-dt / STEPS as f64 / (0.5 * model.drive_lag).max(1e-9));
     let zero = T::of(0.0);
-    let (mut applied, mut commanded) = (0.0, 0.0);
+    // The settings of a bench admit no delay that cannot be stored.
+    let delay = Delay::new(model.servo_delay, dt).unwrap_or_default();
+    let (mut applied, mut commanded, mut past) = (0.0, 0.0, [0.0; LONGEST_DELAY]);
     let (mut motor_angle, mut motor_speed, mut angle, mut speed, mut deflection) = (zero, zero, zero, zero, zero);
     let mut angles = Vec::with_capacity(record.len());
     for [torque, _] in record {
@@ -324,7 +327,7 @@ fn simulate<T: Scalar>(
             angle += step * speed;
             speed += step / load_inertia * (coupling - friction);
         }
-        commanded = *torque;
+        commanded = delay.next(&mut past, *torque);
     }
     angles
 }

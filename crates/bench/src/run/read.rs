@@ -80,6 +80,10 @@ impl Stored {
                 }
                 _ => true,
             };
+            if !valid && event.name == BEGIN {
+                let fault = "its set of parameters is not that of this build of stickslip";
+                return Err(unreadable(path, fault, "Replay it with the build that recorded it."));
+            }
             if !valid {
                 return Err(invalid_record(&format!("the event {} at cycle {} is unknown", event.name, event.cycle)));
             }

@@ -206,6 +206,23 @@ fn a_record_with_an_impossible_cycle_is_refused() {
 }
 
 #[test]
+fn a_record_with_the_parameters_of_another_build_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mf4");
+    let about = About { command: "test".into(), preset: preset(), seed: None };
+    RunWriter::create(&path, &about).unwrap().finish().unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let word = b"parameters ";
+    let start = bytes.windows(word.len()).position(|part| part == word).unwrap() + word.len();
+    let between = start + bytes[start..].iter().position(|byte| *byte == b' ').unwrap();
+    // Two numbers become one.
+    bytes[between] = b'0';
+    std::fs::write(&path, bytes).unwrap();
+    let refused = Record::read(&path).unwrap_err().to_string();
+    assert!(refused.contains("not that of this build") && refused.contains("that recorded it"), "{refused}");
+}
+
+#[test]
 fn an_invalid_record_or_one_of_another_version_is_refused() {
     use std::time::SystemTime;
 

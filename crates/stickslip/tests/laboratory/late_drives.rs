@@ -2,7 +2,7 @@
 
 use stickslip::bench::VirtualBench;
 use stickslip::calibrate::{CalibrationPlan, calibrate};
-use stickslip::experiment::home;
+use stickslip::experiment::{PreslidingPlan, home, measure_presliding};
 use stickslip::simulation::{Simulation, simulate};
 use stickslip::{ControllerChoice, Error, FilterChoice, LawChoice, NotchChoice, Preset, Residual, Watch, parameters};
 use stickslip_core::control::reference::{Generator, Reference, Sine};
@@ -50,6 +50,23 @@ fn the_delays_of_both_drives_are_identified() {
     for absent in ["torque_constant", "resistance", "inductance"] {
         assert!(calibration.value(absent).is_none(), "{absent}");
     }
+}
+
+#[test]
+fn presliding_is_identified_behind_a_late_drive_if_the_model_has_its_delay() {
+    let damping = |assumed| {
+        let mut preset = fieldbus("clm-bench", assumed);
+        preset.plant.encoder.counts_per_revolution = 200_000.0;
+        preset.model.encoder.counts_per_revolution = 200_000.0;
+        let mut bench = VirtualBench::new(&preset, 1).unwrap();
+        home(&mut bench, &Watch::silent()).unwrap();
+        let plan = PreslidingPlan::default();
+        measure_presliding(&plan, &mut bench, &Watch::silent()).unwrap().damping
+    };
+    let (value, [low, high]) = damping(LATE).unwrap();
+    assert!(low <= 0.85 && 0.85 <= high, "{value}: {low} … {high}");
+    // A delay of 2.4 ms looks like damping: 0.7 N m s/rad on bristles of 300 N m/rad.
+    assert!(damping([0.0; 2]).is_none_or(|(value, [low, _])| low > 0.85 && value > 1.2));
 }
 
 /// Deviation of the rendered from the desired friction [N m RMS] while a carriage follows a sine of 2 Hz.
