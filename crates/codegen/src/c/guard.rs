@@ -61,7 +61,9 @@ pub(super) fn body(real: Real, name: &str, step: &Step) -> String {
         out += "        *s = before;\n";
     }
     let zeros = vec![0.0; step.output.numbers()];
-    out += &assign(real, "out", &step.output, &zeros).replace("    out->", "        out->");
+    for line in assign(real, "out", &step.output, &zeros).lines() {
+        out += &format!("    {line}\n");
+    }
     out += &format!("        status = {not_computed};\n");
     let inputs = finite("in", &step.input, |_| true);
     if !inputs.is_empty() {

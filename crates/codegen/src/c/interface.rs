@@ -90,10 +90,44 @@ pub(super) fn epk(name: &str, text: &str) -> (String, String) {
     (declaration, format!("const char {name}_epk[{length}] =\n    \"{text}\";\n"))
 }
 
-/// Statements that set each number of a struct.
+/// Longest line.
+const WIDTH: usize = 120;
+/// Fewest equal elements of a list that are set in a loop.
+const LOOP: usize = 3;
+
+/// Statements that set each number of a struct; equal elements of a list are set in a loop.
 pub(super) fn assign(real: Real, base: &str, tree: &Tree, values: &[f64]) -> String {
-    let number = |(path, value): (&String, &f64)| {
-        format!("    {base}->{} = {};\n", text::path(path), text::literal(real, *value))
-    };
-    tree.paths().iter().zip(values).map(number).collect()
+    let (paths, mut out, mut at) = (tree.paths(), String::new(), 0);
+    while at < paths.len() {
+        let value = text::literal(real, values[at]);
+        let equal = |place: &usize| values[*place].to_bits() == values[at].to_bits();
+        let count = element(&paths[at]).map_or(1, |(list, first)| {
+            let follows = |place: &usize| element(&paths[*place]) == Some((list, first + place - at));
+            (at..paths.len()).take_while(|place| equal(place) && follows(place)).count()
+        });
+        match element(&paths[at]) {
+            Some((list, first)) if count >= LOOP => {
+                let (list, end) = (text::path(list), first + count);
+                let head = format!("    for (int k = {first}; k < {end}; k++) {{");
+                let body = format!("{base}->{list}[k] = {value};");
+                out += &if head.len() + body.len() < WIDTH - 3 {
+                    format!("{head} {body} }}\n")
+                } else {
+                    format!("{head}\n        {body}\n    }}\n")
+                };
+                at += count;
+            }
+            _ => {
+                out += &format!("    {base}->{} = {value};\n", text::path(&paths[at]));
+                at += 1;
+            }
+        }
+    }
+    out
+}
+
+/// List and index of an element.
+fn element(path: &str) -> Option<(&str, usize)> {
+    let (list, index) = path.strip_suffix(']')?.rsplit_once('[')?;
+    Some((list, index.parse().ok()?))
 }

@@ -51,7 +51,7 @@ impl<T: Scalar> Delay<T> {
     #[inline(always)]
     pub fn next(&self, past: &mut [T; LONGEST_DELAY], command: T) -> T {
         let acting = self.ahead(past, command, 0);
-        for age in (1..self.samples.1).rev() {
+        for age in (1..self.samples.1.min(LONGEST_DELAY)).rev() {
             past[age] = past[age - 1];
         }
         if self.samples.1 > 0 {
@@ -63,7 +63,8 @@ impl<T: Scalar> Delay<T> {
     /// The command that acts `lead` samples later if the newest one remains.
     #[inline(always)]
     pub fn ahead(&self, past: &[T; LONGEST_DELAY], command: T, lead: usize) -> T {
-        let aged = |age: usize| if age == 0 { command } else { past[age - 1] };
+        // The bound is known to the compiler: no check in a tick.
+        let aged = |age: usize| if age == 0 { command } else { past[(age - 1).min(LONGEST_DELAY - 1)] };
         let (late, later) = (self.samples.0.saturating_sub(lead), self.samples.1.saturating_sub(lead));
         let acting = aged(late);
         if late == later { acting } else { acting + self.fraction * (aged(later) - acting) }

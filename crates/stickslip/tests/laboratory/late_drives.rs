@@ -53,20 +53,16 @@ fn the_delays_of_both_drives_are_identified() {
 }
 
 #[test]
-fn presliding_is_identified_behind_a_late_drive_if_the_model_has_its_delay() {
-    let damping = |assumed| {
-        let mut preset = fieldbus("clm-bench", assumed);
-        preset.plant.encoder.counts_per_revolution = 200_000.0;
-        preset.model.encoder.counts_per_revolution = 200_000.0;
-        let mut bench = VirtualBench::new(&preset, 1).unwrap();
-        home(&mut bench, &Watch::silent()).unwrap();
-        let plan = PreslidingPlan::default();
-        measure_presliding(&plan, &mut bench, &Watch::silent()).unwrap().damping
-    };
-    let (value, [low, high]) = damping(LATE).unwrap();
-    assert!(low <= 0.85 && 0.85 <= high, "{value}: {low} … {high}");
-    // A delay of 2.4 ms looks like damping: 0.7 N m s/rad on bristles of 300 N m/rad.
-    assert!(damping([0.0; 2]).is_none_or(|(value, [low, _])| low > 0.85 && value > 1.2));
+fn presliding_is_identified_behind_a_late_drive() {
+    let mut preset = fieldbus("clm-bench", LATE);
+    preset.plant.encoder.counts_per_revolution = 200_000.0;
+    preset.model.encoder.counts_per_revolution = 200_000.0;
+    let mut bench = VirtualBench::new(&preset, 1).unwrap();
+    home(&mut bench, &Watch::silent()).unwrap();
+    let presliding = measure_presliding(&PreslidingPlan::default(), &mut bench, &Watch::silent()).unwrap();
+    // A delay of 2.4 ms that is not subtracted looks like a damping of 0.72 N m s/rad on bristles of 300 N m/rad.
+    let (damping, _) = presliding.damping.unwrap();
+    assert!((damping - 0.85).abs() < 0.25, "{damping} instead of 0.85");
 }
 
 /// Deviation of the rendered from the desired friction [N m RMS] while a carriage follows a sine of 2 Hz.
