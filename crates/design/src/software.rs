@@ -47,11 +47,12 @@ pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parame
     })
 }
 
-/// The brake of supervision, as stiff as [`speed_holder`] at the tacho. The encoder is behind the coupling: there the
-/// loop crosses at a tenth of the coupling's resonance, whose peak then stays below 1 down to a damping of 5 %.
+/// The brake of supervision, as stiff at the tacho as the control of a constant speed without its notch. The encoder is
+/// behind the coupling: there the loop crosses at a tenth of the coupling's resonance, whose peak then stays below 1 down
+/// to a damping of 5 %.
 ///
 /// # Errors
-/// As [`speed_holder`].
+/// Errors of a sampling time.
 pub fn brake(model: &Model<f64>, settings: &Settings<f64>) -> Result<Brake<f64>, Error> {
     let Model { drive, scaling, .. } = model;
     let tacho_gain = velocity_gain(model, settings.tick_time());
