@@ -23,8 +23,10 @@ use stickslip_base::{Error, Watch};
 use stickslip_bench::{Bench, Command, Frame};
 use stickslip_fit::{Stop, minimise, student_t95};
 
-/// Steps of the simulation in a tick.
-const STEPS: usize = 2;
+/// Fewest steps of the simulation in a tick, and its longest step [s]: with 500 µs the damping of a load on bristles of
+/// 300 N m/rad is a quarter too large.
+const STEPS: f64 = 2.0;
+const LONGEST_STEP: f64 = 125e-6;
 /// Least number of different edges of an identifiable loop.
 const ENOUGH_EDGES: usize = 8;
 /// Points of a loop in figures.
@@ -223,6 +225,7 @@ fn mean_loop(frequency: f64, record: Vec<[f64; 2]>, dt: f64) -> Loop {
 
 /// A change of the counter.
 struct Edge {
+    /// The first tick with the new count, at least 1.
     tick: usize,
     /// The angle of the edge [rad].
     angle: f64,
@@ -292,7 +295,8 @@ fn simulate<T: Scalar>(
     let drive = &model.drive;
     let [motor_inertia, load_inertia] = [drive.motor_inertia, drive.load_inertia].map(T::of);
     let [stiffness, damping] = [drive.coupling_stiffness, drive.coupling_damping].map(T::of);
-    let step = T::of(dt / STEPS as f64);
+    let steps = (dt / LONGEST_STEP - 1e-9).ceil().max(STEPS);
+    let step = T::of(dt / steps);
     let level = T::of(model.motor_friction.steady_torque(1e-9, 0.0, 0.0));
     let brushes = Static {
         sliding: Stribeck {
@@ -304,7 +308,7 @@ fn simulate<T: Scalar>(
         },
     };
     // The model's lag is that of amplifier and tacho together: the amplifier has a share between 0 and 1.
-    let follow = 1.0 - libm::exp(-dt / STEPS as f64 / (0.5 * model.drive_lag).max(1e-9));
+    let follow = 1.0 - libm::exp(-dt / steps / (0.5 * model.drive_lag).max(1e-9));
     let zero = T::of(0.0);
     // The settings of a bench admit no delay that cannot be stored.
     let delay = Delay::new(model.servo_delay, dt).unwrap_or_default();
@@ -314,7 +318,7 @@ fn simulate<T: Scalar>(
     for [torque, _] in record {
         // In a tick the angle is read before the torque is written.
         angles.push(angle);
-        for _ in 0..STEPS {
+        for _ in 0..steps as usize {
             applied += follow * (commanded - applied);
             let coupling = stiffness * (motor_angle - angle) + damping * (motor_speed - speed);
             let free = T::of(applied) - coupling;
@@ -352,7 +356,9 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> (Option<Conta
         let mut residuals: Vec<Dual<2>> = Vec::new();
         for one in loops {
             let angles = simulate(model, &contact, plastic, &one.record, dt);
-            let off: Vec<Dual<2>> = edges(&one.record).map(|edge| angles[edge.tick] - Dual::of(edge.angle)).collect();
+            // The counter changed between two ticks, on average in the middle.
+            let between = |tick: usize| Dual::of(0.5) * (angles[tick - 1] + angles[tick]);
+            let off: Vec<Dual<2>> = edges(&one.record).map(|edge| between(edge.tick) - Dual::of(edge.angle)).collect();
             // The rest angle within a count is unknown; the mean determines it.
             let sum = off.iter().fold(Dual::of(0.0), |sum, r| sum + *r);
             let mean = sum / Dual::of(off.len() as f64);
