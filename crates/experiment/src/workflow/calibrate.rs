@@ -116,7 +116,12 @@ impl CalibrationRun {
             } else {
                 "not stated".into()
             };
-            table.row([identified.words.into(), Cell::Estimate(identified.estimate()), stated])
+            let found = if identified.standard_uncertainty.is_finite() {
+                Cell::Estimate(identified.estimate())
+            } else {
+                "not identifiable".into()
+            };
+            table.row([identified.words.into(), found, stated])
         })
     }
 
@@ -134,10 +139,15 @@ impl CalibrationRun {
         let report = keys
             .filter_map(|key| calibration.value(key))
             .fold(report, |report, number| report.key(number.words, number.estimate()))
-            .table(self.table().caption(
+            .table(self.table().caption(format!(
                 "Identified numbers with their 95\u{a0}% intervals, and those of the data sheet. The scale of all torques is \
-                 that of the current sensor, by the load motor's back-EMF.",
-            ))
+                 that of {}.",
+                if self.preset.bench.torque_amplifier > 0.5 {
+                    "the torque constant of the load motor in the data sheet"
+                } else {
+                    "the current sensor, by the load motor's back-EMF"
+                }
+            )))
             .list(calibration.warnings.clone());
         self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption))
     }
@@ -160,7 +170,7 @@ impl CalibrationRun {
                 .series(Series::line(Role::Fitted, "predicted", points(2)));
             let residual = Estimate::new(trace.rms, trace.unit);
             let caption = format!(
-                "Both motors excited at speed, a part of the run: simulated from the converter voltages alone. Residual over \
+                "Both motors excited at speed, a part of the run: simulated from the commands alone. Residual over \
                  the whole run {residual} rms."
             );
             (name, figure, caption)
