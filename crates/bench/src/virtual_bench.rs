@@ -43,7 +43,8 @@ impl InProcess {
         machine: fn(Machine<f64>, f64) -> GlidingMachine<f64>,
     ) -> Result<(Self, Measurement<f64>), Error> {
         let (steps, step) = preset.bench.plant_steps();
-        let machine = machine(integrator::prepare(&preset.bench.amplified(&preset.plant), steps, step)?, step);
+        let machine =
+            machine(integrator::prepare(&preset.bench.plant_with_amplifier(&preset.plant), steps, step)?, step);
         let delays = preset.bench.input_delays(&preset.plant)?;
         let waiting = InputDelaysState::default();
         let ticks = Ticks::new(steps, step, preset.plant.tick_jitter);

@@ -88,7 +88,7 @@ pub fn drive_observer(
     settings: &Settings<f64>,
     trust: &Trust,
 ) -> Result<DriveObserver<f64>, Error> {
-    let model = &settings.amplified_model(model);
+    let model = &settings.model_with_amplifier(model);
     corrected_drive(model, (settings.tick_time(), LONGEST_STEP), trust, Sensors::of(settings))
 }
 

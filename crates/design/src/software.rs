@@ -75,7 +75,7 @@ pub fn load_current_control(
     model: &Model<f64>,
     settings: &Settings<f64>,
 ) -> Result<CurrentControl<f64>, Error> {
-    let Model { load_motor: winding, load_amplifier: amplifier, .. } = settings.amplified_model(model);
+    let Model { load_motor: winding, load_amplifier: amplifier, .. } = settings.model_with_amplifier(model);
     let dt = settings.tick_time();
     let base = CurrentControl {
         torque_constant: winding.torque_constant,

@@ -54,7 +54,7 @@ impl Setup {
             tick: Tick { law: Law::Paper(law), ..design::software(&preset.model, settings)? },
             law,
             machine: VirtualMachine {
-                parts: integrator::prepare(&settings.amplified(&preset.plant), steps, plant_step)?,
+                parts: integrator::prepare(&settings.plant_with_amplifier(&preset.plant), steps, plant_step)?,
             },
             delays: settings.input_delays(&preset.plant)?,
             time: settings.tick_time(),

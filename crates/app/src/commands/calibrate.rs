@@ -47,11 +47,8 @@ impl CalibrateCommand {
             .print_line(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
         let run = match self.io {
             Some(Address::Ethercat(interface)) => {
-                #[cfg(target_os = "linux")]
-                let open = super::ethercat::open();
-                #[cfg(not(target_os = "linux"))]
-                let open: Option<stickslip::bench::OpenFieldbus> = None;
-                let open = open.ok_or_else(|| Error::from(BenchError::without_main_device(&interface)))?;
+                let open =
+                    super::open_fieldbus().ok_or_else(|| Error::from(BenchError::without_main_device(&interface)))?;
                 calibrate_fieldbus(&plan, &preset, (open, &interface), watch)?
             }
             Some(address) => calibrate_remote(&plan, &preset, address, watch)?,

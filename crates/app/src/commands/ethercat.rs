@@ -4,7 +4,6 @@ use std::io::Write;
 
 use clap::Subcommand;
 use stickslip::BenchError;
-use stickslip::bench::OpenFieldbus;
 use stickslip_fieldbus::{MAIN_DEVICE, ScannedDevice};
 
 use crate::failure::Failure;
@@ -23,11 +22,6 @@ pub(crate) enum EthercatCommand {
         #[command(flatten)]
         shown: OutputOptions,
     },
-}
-
-/// Opens servo drives, if the program has the main device.
-pub(super) fn open() -> Option<OpenFieldbus> {
-    MAIN_DEVICE.map(|functions| functions.open)
 }
 
 impl EthercatCommand {

@@ -37,12 +37,21 @@ use std::io::Write;
 
 use clap::{Args, Subcommand};
 use stickslip::Watch;
+use stickslip::bench::OpenFieldbus;
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
 
 /// Default folder of the project; it contains the address of the running bench.
 const PROJECT: &str = "stickslip-out/project";
+
+/// Opens servo drives, if the program has the main device.
+fn open_fieldbus() -> Option<OpenFieldbus> {
+    #[cfg(target_os = "linux")]
+    return stickslip_fieldbus::MAIN_DEVICE.map(|functions| functions.open);
+    #[cfg(not(target_os = "linux"))]
+    return None;
+}
 
 /// The commands of the program.
 #[derive(Subcommand)]

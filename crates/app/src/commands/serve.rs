@@ -105,10 +105,7 @@ impl ServeCommand {
         let new = Start::new(source, &self.project);
         // Negative numbers and NaN become 0.
         let record_limit = (self.record_limit * 1e9) as u64;
-        #[cfg(target_os = "linux")]
-        let fieldbus = super::ethercat::open();
-        #[cfg(not(target_os = "linux"))]
-        let fieldbus = None;
+        let fieldbus = super::open_fieldbus();
         let mut start =
             Start { seed: self.seed, io: self.io, fieldbus, loaded, record, record_limit, operator_time, ..new };
         if let Some(cpu) = self.cpu {

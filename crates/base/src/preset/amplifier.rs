@@ -22,7 +22,7 @@ pub fn delay(name: &'static str, time: f64, sample: f64) -> Result<Delay<f64>, E
 impl Settings<f64> {
     /// The virtual machine with a load amplifier that takes what this bench sends.
     #[must_use]
-    pub fn amplified(&self, plant: &Plant<f64>) -> Plant<f64> {
+    pub fn plant_with_amplifier(&self, plant: &Plant<f64>) -> Plant<f64> {
         let mut plant = *plant;
         if self.torque_amplifier > 0.5 {
             let load = &mut plant.load_motor;
@@ -35,7 +35,7 @@ impl Settings<f64> {
 
     /// The model with a load amplifier that takes what this bench sends.
     #[must_use]
-    pub fn amplified_model(&self, model: &Model<f64>) -> Model<f64> {
+    pub fn model_with_amplifier(&self, model: &Model<f64>) -> Model<f64> {
         let mut model = *model;
         if self.torque_amplifier > 0.5 {
             (model.load_amplifier, model.load_motor) = model.load_amplifier.with_current_control(&model.load_motor);
@@ -96,9 +96,9 @@ mod tests {
     #[test]
     fn behind_an_amplifier_that_takes_a_torque_the_current_follows_one_volt_an_ampere() {
         let mut preset = Preset::<f64>::default();
-        assert_eq!(preset.bench.amplified(&preset.plant), preset.plant);
+        assert_eq!(preset.bench.plant_with_amplifier(&preset.plant), preset.plant);
         preset.bench.torque_amplifier = 1.0;
-        let load = preset.bench.amplified(&preset.plant).load_motor;
+        let load = preset.bench.plant_with_amplifier(&preset.plant).load_motor;
         let current = 3.0;
         let voltage = load.amplifier.voltage(current, &load.winding, 0.0, 0.0);
         assert!((voltage / load.winding.resistance - current).abs() < 1e-12);

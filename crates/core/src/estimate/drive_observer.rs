@@ -256,7 +256,7 @@ impl<T: Scalar> DriveObserver<T> {
     /// The drive at the tick from which on the load motor's present command acts, under the commands sent before and
     /// this torque of the drive motor [N m]; `passenger` is called with each step and its length [s].
     #[inline(always)]
-    pub fn when_it_acts(
+    pub fn after_pending_commands(
         &self,
         state: &DriveObserverState<T>,
         motor_torque: T,
@@ -279,7 +279,7 @@ impl<T: Scalar> DriveObserver<T> {
         drive
     }
 
-    /// Predicts the model over `steps` steps from `drive` on, the state of [`when_it_acts`](Self::when_it_acts), with
+    /// Predicts the model over `steps` steps from `drive` on, the state of [`after_pending_commands`](Self::after_pending_commands), with
     /// the torque of the load motor given by `torque` [N m]: a function of the middle of the step, of the own friction
     /// there [N m], and of the length of the step [s]. Returns the mean torque [N m] of all steps but the first `skip`.
     #[inline(always)]

@@ -98,7 +98,7 @@ impl<T: Scalar> Block<T> for Admittance<T> {
         state.desired_memory = load.memory.without_nan();
         state.virtual_resistance = nan_to_zero(load.resistance);
         let (limit, observer) = (self.torque_limit, &state.observer);
-        let drive = self.observer.when_it_acts(observer, input.motor_torque, dt, |middle, h| {
+        let drive = self.observer.after_pending_commands(observer, input.motor_torque, dt, |middle, h| {
             self.advance(&mut load, middle.coupling_torque, middle.velocity, h);
         });
         let from = (observer, drive);

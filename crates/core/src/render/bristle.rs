@@ -72,7 +72,7 @@ impl<T: Scalar> Block<T> for BristleDifference<T> {
         });
         state.desired_memory = memory.without_nan();
         let (limit, observer) = (self.torque_limit, &state.observer);
-        let drive = self.observer.when_it_acts(observer, input.motor_torque, dt, |middle, h| {
+        let drive = self.observer.after_pending_commands(observer, input.motor_torque, dt, |middle, h| {
             slide(desired, &mut memory, middle.velocity, h);
         });
         let from = (observer, drive);

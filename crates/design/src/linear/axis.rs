@@ -206,7 +206,7 @@ impl Axis<f64> {
         ];
         let [servo, load] = late.map(|(name, time)| delay(name, time, dt));
         Ok(Axis {
-            machine: modelled_drive(&settings.amplified_model(&model), dt / steps as f64)?,
+            machine: modelled_drive(&settings.model_with_amplifier(&model), dt / steps as f64)?,
             steps,
             observer: motion_observer(&model, settings)?,
             current: load_current_control(&Law::Off, &model, settings)?,

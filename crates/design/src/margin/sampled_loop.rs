@@ -83,7 +83,7 @@ impl SampledLoop<f64> {
         let dt = settings.tick_time();
         let steps = (dt / STEP - 1e-9).ceil().max(1.0) as usize;
         Ok(SampledLoop {
-            machine: modelled_drive(&settings.amplified_model(model), dt / steps as f64)?,
+            machine: modelled_drive(&settings.model_with_amplifier(model), dt / steps as f64)?,
             steps,
             delay: (model.load_amplifier.delay / dt * steps as f64).round() as usize,
             observer: motion_observer(model, settings)?,

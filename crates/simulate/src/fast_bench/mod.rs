@@ -46,7 +46,7 @@ impl FastBench {
     ) -> Result<Self, Error> {
         let settings = with_jitter_step(settings, plant);
         let (dt, (steps, step)) = (settings.tick_time(), settings.plant_steps());
-        let plant = &settings.amplified(plant);
+        let plant = &settings.plant_with_amplifier(plant);
         let parts = integrator::prepare(plant, steps, step)?;
         let GlidingMachine { short: machine, glide } = GlidingMachine::in_short_steps(parts, step);
         let bench = VirtualBench { machine, delays: settings.input_delays(plant)?, tick };
