@@ -55,7 +55,7 @@ await play(
     })
 
     await scene.step('switching to the controller of the preset and back', async () => {
-      const selector = panel.getByLabel('Position controller')
+      const selector = panel.getByLabel('Position controller', { exact: true })
       await selector.selectOption('preset')
       await downloadEntered(page)
       await page.waitForFunction(() => /controller, not active/.test(document.body.innerText))
