@@ -2,6 +2,8 @@
 
 #[cfg(target_os = "linux")]
 mod ethercat;
+#[cfg(target_os = "linux")]
+mod faults;
 
 use std::io::Write;
 
@@ -57,6 +59,9 @@ struct SegmentOptions {
     /// Delay of the torque in cycles.
     #[arg(long, value_name = "CYCLES", default_value_t = 0, conflicts_with = "io", value_parser = clap::value_parser!(u8).range(0..=64))]
     torque_delay: u8,
+    /// Read faults from standard input, one a line: position of the device, entry of object 0x2020, value.
+    #[arg(long, conflicts_with = "io")]
+    faults: bool,
     /// Largest additional delay of a frame in microseconds, at random.
     #[arg(long, value_name = "MICROSECONDS", default_value_t = 0, conflicts_with = "io")]
     frame_jitter: u32,

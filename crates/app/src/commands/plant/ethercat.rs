@@ -1,14 +1,17 @@
 //! The virtual machine behind emulated servo drives.
 
 use std::io::{self, ErrorKind, Write};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use stickslip::bench::MachineWithDrives;
 use stickslip::{Preset, Watch};
 use stickslip_fieldbus::{DriveSheet, FIXED_MAPPING, Segment, Server};
 
-use super::PlantCommand;
+use super::{PlantCommand, faults};
 use crate::failure::Failure;
+
+const FAULT: &str = "Write position, entry of object 0x2020 and value, for example: 0 1 0x4210";
 
 impl PlantCommand {
     /// Serves the drives until the watch is cancelled, or with `--once` until they have been in OP and have left it.
@@ -31,8 +34,15 @@ impl PlantCommand {
         let mut server = Server::bind(interface, segment, jitter).map_err(|error| refusal(interface, &error))?;
         self.shown.print_line(out, &format!("ethercat:{interface}"))?;
         let (mut last, mut printed, mut was_operational) = (Vec::new(), Ok(()), false);
+        let requests = self.segment.faults.then(faults::requests);
         server
             .serve(|segment| {
+                for request in requests.iter().flat_map(Receiver::try_iter) {
+                    match request {
+                        Ok((position, entry, value)) => segment.request_fault(position, entry, value),
+                        Err(line) => printed = self.shown.print_line(out, &format!("Not a fault: {line}. {FAULT}")),
+                    }
+                }
                 let states = segment.states();
                 if !states.iter().map(|(_, state)| *state).eq(last.iter().copied()) {
                     let text: Vec<String> = states.iter().map(|(name, state)| format!("{name}: {state}")).collect();
