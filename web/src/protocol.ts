@@ -1925,6 +1925,8 @@ export type SegmentStatus = {
   devices: DeviceStatus[]
   /** Distance from that middle: median, 99th and 99.9th percentile, largest; at most half a period. */
   distance: [number, number, number, number]
+  /** Histogram of the distance. */
+  distance_bins: TimeBin[]
   /** Expected working counter. */
   expected: number
   /** Number of frames with process data. */
@@ -1937,6 +1939,8 @@ export type SegmentStatus = {
   offset: FrameOffset
   /** Time from sending to receiving a frame, likewise. */
   round_trip: [number, number, number, number]
+  /** Histogram of the time from sending to receiving. */
+  round_trip_bins: TimeBin[]
   /** Of these, frames with another working counter than expected. */
   wrong: number
 }
@@ -2115,7 +2119,7 @@ export type TargetFile = {
 }
 /** A bar of a histogram. */
 export type TimeBin = {
-  /** Number of cycles. */
+  /** Number of values. */
   count: number
   /** Lower edge [s]. */
   from: number

@@ -30,6 +30,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod bins;
 mod clocked;
 mod drives;
 mod error;

@@ -20,7 +20,7 @@ use stickslip_bench::remote::Address;
 use stickslip_bench::run::{About, RunWriter};
 use stickslip_bench::tap::{Stream, tap};
 use stickslip_bench::tuning::{Loaded, Tuning};
-use stickslip_bench::{Bench as _, BenchError, ClockedBench, Faulty, InProcess, OpenFieldbus, refusals};
+use stickslip_bench::{Bench as _, ClockedBench, Faulty, InProcess, OpenFieldbus, refusals};
 
 /// Length of the listener's buffer [s]; after a longer delay, cycles are lost.
 const ROOM: f64 = 4.0;
@@ -163,12 +163,7 @@ impl Start {
     fn connect(&self, preset: &Preset<f64>) -> Result<(ClockedBench, Stream), Error> {
         let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
         let bench = match &self.io {
-            Some(Address::Ethercat(interface)) => {
-                let open = self.fieldbus.ok_or_else(|| BenchError::without_main_device(interface))?;
-                let (machine, readings) = open(preset, interface)?;
-                ClockedBench::over(preset, machine, readings, self.thread_settings, Some(tap))?
-            }
-            Some(address) => ClockedBench::connect(preset, address, self.thread_settings, Some(tap))?,
+            Some(address) => ClockedBench::connect(preset, address, self.fieldbus, self.thread_settings, Some(tap))?,
             None => {
                 let (machine, readings) = InProcess::new(preset, self.seed)?;
                 let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());

@@ -59,6 +59,24 @@ impl Durations {
     pub fn quantiles(&self) -> Quantiles {
         Quantiles::of(&self.0)
     }
+
+    /// Number of durations between each two adjacent edges [ns], in ascending order.
+    pub fn counts(&self, edges: &[u64]) -> Vec<u64> {
+        counts(&self.0, edges)
+    }
+}
+
+/// Number of values between each two adjacent edges, in ascending order.
+fn counts(histogram: &Histogram<u64>, edges: &[u64]) -> Vec<u64> {
+    let mut counts = vec![0; edges.len().saturating_sub(1)];
+    // Value by value: ranges of the library are rounded to its resolution.
+    for value in histogram.iter_recorded() {
+        let above = edges.partition_point(|edge| *edge <= value.value_iterated_to());
+        if let Some(count) = above.checked_sub(1).and_then(|bin| counts.get_mut(bin)) {
+            *count += value.count_at_value();
+        }
+    }
+    counts
 }
 
 fn empty() -> Histogram<u64> {
@@ -118,15 +136,12 @@ impl Histograms {
 
     /// Number of cycles with a duration between each two adjacent edges [ns], in ascending order.
     pub fn counts(&self, edges: &[u64]) -> Vec<u64> {
-        let mut counts = vec![0; edges.len().saturating_sub(1)];
-        // Value by value: ranges of the library are rounded to its resolution.
-        for value in self.total.iter_recorded() {
-            let above = edges.partition_point(|edge| *edge <= value.value_iterated_to());
-            if let Some(count) = above.checked_sub(1).and_then(|bin| counts.get_mut(bin)) {
-                *count += value.count_at_value();
-            }
-        }
-        counts
+        counts(&self.total, edges)
+    }
+
+    /// Number of cycles with a lateness between each two adjacent edges [ns], in ascending order.
+    pub fn lateness_counts(&self, edges: &[u64]) -> Vec<u64> {
+        counts(&self.lateness, edges)
     }
 
     /// Fraction of the cycles that were later than `lateness` [ns].

@@ -7,8 +7,8 @@ use clap::Args;
 use stickslip::bench::remote::Address;
 use stickslip::calibrate::CalibrationPlan;
 use stickslip::quantity::number;
-use stickslip::workflow::calibrate::{CALIBRATED, calibrate_fieldbus, calibrate_remote, calibrate_run};
-use stickslip::{BenchError, Error, Watch, parameters};
+use stickslip::workflow::calibrate::{CALIBRATED, calibrate_in_real_time, calibrate_remote, calibrate_run};
+use stickslip::{Watch, parameters};
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -24,8 +24,13 @@ pub(crate) struct CalibrateCommand {
     /// several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// Address of a machine in another process (see `stickslip plant`) [default: the virtual machine of the preset].
-    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
+    /// Address of a machine in another process (see `stickslip plant`), or of two servo drives on EtherCAT [default: the
+    /// virtual machine of the preset].
+    #[arg(
+        long,
+        value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT|ethercat:INTERFACE[,FILE]",
+        conflicts_with = "seed"
+    )]
     io: Option<Address>,
     /// Seed of the noise: the same seed gives the same numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -46,10 +51,8 @@ impl CalibrateCommand {
         self.shown
             .print_line(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
         let run = match self.io {
-            Some(Address::Ethercat(interface)) => {
-                let open =
-                    super::open_fieldbus().ok_or_else(|| Error::from(BenchError::without_main_device(&interface)))?;
-                calibrate_fieldbus(&plan, &preset, (open, &interface), watch)?
+            Some(address @ Address::Ethercat(_)) => {
+                calibrate_in_real_time(&plan, &preset, super::clocked_bench(&preset, &address, None)?, watch)?
             }
             Some(address) => calibrate_remote(&plan, &preset, address, watch)?,
             None => calibrate_run(&plan, &preset, self.seed, watch)?,

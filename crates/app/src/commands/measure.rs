@@ -22,7 +22,8 @@ pub(crate) enum Measure {
     /// Measure friction at constant speeds in both directions: the curve that `fit` reads.
     #[command(after_help = "Example: stickslip measure friction --linings released --plan thorough --dry-run\n\
                             Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5 --record\n\
-                            Example: stickslip measure friction --real-time --set plan.speeds=4 --set plan.slowest=5")]
+                            Example: stickslip measure friction --real-time --set plan.speeds=4 --set plan.slowest=5\n\
+                            Example: stickslip measure friction --io ethercat:eth0,drives.toml --preset calibrated.toml")]
     Friction(MeasureOptions),
     /// Measure the breakaway torque by slow torque ramps from rest.
     #[command(after_help = "Example: stickslip measure breakaway --set plan.angles=1 --set plan.repetitions=2")]
@@ -61,10 +62,15 @@ pub(crate) struct MeasureOptions {
     /// Seed of the noise: the same seed gives the same numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Address of a machine in another process (see `stickslip plant`); the preset is the controller's model of it.
-    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
+    /// Address of a machine in another process (see `stickslip plant`), or of two servo drives on EtherCAT; the preset is
+    /// the controller's model of it.
+    #[arg(
+        long,
+        value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT|ethercat:INTERFACE[,FILE]",
+        conflicts_with = "seed"
+    )]
     io: Option<Address>,
-    /// Run in real time, as physical hardware does [default: as fast as possible].
+    /// Run in real time, as physical hardware does, drives on EtherCAT always [default: as fast as possible].
     #[arg(long)]
     real_time: bool,
     /// Record every cycle into run.mf4, which other tools read and `stickslip replay` replays.
@@ -166,8 +172,8 @@ impl MeasureOptions {
             (recorder, tap) = Some(Recorder::start(&folder.join("run.mf4"), &about)?).unzip();
         }
         let result = match self.io {
-            Some(address) if self.real_time => {
-                let bench = ClockedBench::connect(&preset, &address, ThreadSettings::default(), tap)?;
+            Some(address) if self.real_time || matches!(address, Address::Ethercat(_)) => {
+                let bench = super::clocked_bench(&preset, &address, tap)?;
                 measure_in_real_time(plan, &preset, bench, preload, None, watch)
             }
             Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, &address)?, preload, watch),

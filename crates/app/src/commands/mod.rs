@@ -36,8 +36,10 @@ mod xcp;
 use std::io::Write;
 
 use clap::{Args, Subcommand};
-use stickslip::Watch;
-use stickslip::bench::OpenFieldbus;
+use stickslip::bench::remote::Address;
+use stickslip::bench::tap::Tap;
+use stickslip::bench::{ClockedBench, OpenFieldbus, ThreadSettings};
+use stickslip::{Error, Preset, Watch};
 
 use crate::failure::Failure;
 use crate::output_options::OutputOptions;
@@ -51,6 +53,11 @@ fn open_fieldbus() -> Option<OpenFieldbus> {
     return stickslip_fieldbus::MAIN_DEVICE.map(|functions| functions.open);
     #[cfg(not(target_os = "linux"))]
     return None;
+}
+
+/// A bench in real time with the machine at an address.
+fn clocked_bench(preset: &Preset<f64>, address: &Address, tap: Option<Tap>) -> Result<ClockedBench, Error> {
+    ClockedBench::connect(preset, address, open_fieldbus(), ThreadSettings::default(), tap)
 }
 
 /// The commands of the program.

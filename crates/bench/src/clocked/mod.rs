@@ -34,7 +34,7 @@ use stickslip_software::supervise::{ExternalFault, Fault, Refusal, SafetyState};
 pub use timing_report::overrun_sentence;
 pub use timing_report::{TimingReport, refusals};
 
-use super::io::{Io, check_preload};
+use super::io::{Io, OpenFieldbus, check_preload};
 use super::lockstep::SETTLING;
 use super::remote::{Address, Paced, Traffic};
 use super::segment::Segment;
@@ -115,16 +115,23 @@ impl ClockedBench {
         Self::over(preset, machine, readings, thread_settings, tap)
     }
 
-    /// Model and settings of a preset, with the machine at an address.
+    /// Model and settings of a preset, with the machine at an address; `fieldbus` opens servo drives.
     ///
     /// # Errors
-    /// As [`virtual_machine`](Self::virtual_machine); [`Error::BenchFault`] if the machine does not answer.
+    /// As [`virtual_machine`](Self::virtual_machine); [`Error::BenchFault`] if the machine does not answer;
+    /// [`BenchError::Fieldbus`] without `fieldbus`, or if the drives do not start.
     pub fn connect(
         preset: &Preset<f64>,
         address: &Address,
+        fieldbus: Option<OpenFieldbus>,
         thread_settings: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
+        if let Address::Ethercat(interface) = address {
+            let open = fieldbus.ok_or_else(|| BenchError::without_main_device(interface))?;
+            let (machine, readings) = open(preset, interface)?;
+            return Self::over(preset, machine, readings, thread_settings, tap);
+        }
         let (machine, readings) = Paced::begin(address, preset.bench.tick_time())
             .map_err(|fault| Error::BenchFault { cycle: 0, reason: fault.to_string() })?;
         Self::over(preset, machine, readings, thread_settings, tap)

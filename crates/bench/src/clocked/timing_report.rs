@@ -3,6 +3,7 @@
 use stickslip_rt::{Granted, Histograms, Overrun, Quantiles, Summary as Executed};
 
 use super::cycle::BLOCKS;
+use crate::bins::{self, TimeBin, logarithmic};
 use crate::segment::SegmentStatus;
 use stickslip_base::Summary;
 use stickslip_base::report::{Cell, Table};
@@ -43,7 +44,22 @@ impl TimingReport {
         all
     }
 
-    /// Adds the results under their stable names.
+    /// Name, label and bars of the histograms of lateness, whole cycle and frames.
+    fn histograms(&self) -> Vec<(&'static str, &'static str, Vec<TimeBin>)> {
+        let lateness = logarithmic(|edges| self.histograms.lateness_counts(edges));
+        let cycle = logarithmic(|edges| self.histograms.counts(edges));
+        let mut all = vec![
+            ("lateness", "from the deadline to the start", lateness),
+            ("cycle", "from the start to the end", cycle),
+        ];
+        if let Some(segment) = &self.segment {
+            all.push(("frame_distance", "frame from the middle between two SYNC0", segment.distance_bins.clone()));
+            all.push(("frame_round_trip", "frame from sending to receiving", segment.round_trip_bins.clone()));
+        }
+        all
+    }
+
+    /// Adds the results under their stable names, and the histograms as rows.
     pub fn add_to(&self, summary: &mut Summary) {
         summary
             .result("timing.cycles", self.summary.cycles as f64, "1")
@@ -56,6 +72,9 @@ impl TimingReport {
                 summary.result(&format!("timing.{name}.{quantile}"), value, "s");
             }
         }
+        for (name, _, bins) in self.histograms() {
+            bins::add_rows(summary, name, &bins);
+        }
         self.segment.iter().for_each(|segment| segment.add_to(summary));
     }
 
@@ -65,6 +84,20 @@ impl TimingReport {
         self.distributions().into_iter().fold(head, |table, (_, words, values)| {
             let micros = values.map(|value| Cell::Text(format!("{:.2}", 1e6 * value)));
             table.row([Cell::Text(words)].into_iter().chain(micros))
+        })
+    }
+
+    /// Table of the histograms: number of values up to each edge.
+    pub fn histogram_table(&self) -> Table {
+        let histograms = self.histograms();
+        let mut edges: Vec<f64> = histograms.iter().flat_map(|(.., bins)| bins.iter().map(|bin| bin.to)).collect();
+        edges.sort_by(f64::total_cmp);
+        edges.dedup();
+        let head = Table::new(["up to, µs"].into_iter().chain(histograms.iter().map(|(_, label, _)| *label)));
+        edges.into_iter().fold(head, |table, edge| {
+            let count = |bins: &[TimeBin]| bins.iter().find(|bin| bin.to == edge).map_or(0, |bin| bin.count);
+            let counts = histograms.iter().map(|(.., bins)| Cell::Text(count(bins).to_string()));
+            table.row([Cell::Text(format!("{:.0}", 1e6 * edge))].into_iter().chain(counts))
         })
     }
 

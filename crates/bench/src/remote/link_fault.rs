@@ -51,10 +51,7 @@ pub enum LinkFault {
         reason: String,
     },
     /// Drives on a fieldbus, which the calling command does not support.
-    #[error(
-        "{address}: drives on EtherCAT need the bench in real time. Start `stickslip serve --io {address}`, and measure \
-         with `stickslip bench`."
-    )]
+    #[error("{address}: drives on EtherCAT need a bench in real time, `ClockedBench::connect`.")]
     Fieldbus {
         /// Address of the drives.
         address: Address,

@@ -16,6 +16,8 @@ use stickslip_rt::Durations;
 use status::Spread;
 pub use status::{DeviceStatus, DriveStatus, FrameOffset, SegmentStatus};
 
+use crate::bins::logarithmic;
+
 /// Most devices.
 pub const DEVICES: usize = 16;
 /// Records that fit into the ring: half a second at 8 kHz.
@@ -145,6 +147,8 @@ impl Segment {
             last_second: collected.second.summary(),
             distance: status::seconds(collected.distances.quantiles()),
             round_trip: status::seconds(collected.round_trips.quantiles()),
+            distance_bins: logarithmic(|edges| collected.distances.counts(edges)),
+            round_trip_bins: logarithmic(|edges| collected.round_trips.counts(edges)),
         }
     }
 }

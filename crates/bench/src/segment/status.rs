@@ -8,6 +8,7 @@ use stickslip_rt::Quantiles;
 
 use super::words::{ABSENT, NO_ANSWER, al_state, al_status_code, error_code};
 use super::{FrameRecord, SegmentDevice};
+use crate::bins::{self, TimeBin};
 
 /// State of a fieldbus segment. Times in seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -32,6 +33,12 @@ pub struct SegmentStatus {
     pub distance: [f64; 4],
     /// Time from sending to receiving a frame, likewise.
     pub round_trip: [f64; 4],
+    /// Histogram of the distance.
+    #[serde(default)]
+    pub distance_bins: Vec<TimeBin>,
+    /// Histogram of the time from sending to receiving.
+    #[serde(default)]
+    pub round_trip_bins: Vec<TimeBin>,
 }
 
 /// Places of frames in the cycle of SYNC0; positive: after the middle between two pulses.
@@ -180,6 +187,10 @@ impl SegmentStatus {
                 micros(rms)
             ),
         ];
+        for (what, bins) in [("distance from that middle", &self.distance_bins), ("round trip", &self.round_trip_bins)]
+        {
+            lines.extend((!bins.is_empty()).then(|| format!("frames by {what}: {}", bins::line(bins))));
+        }
         lines.extend(self.devices.iter().map(|device| {
             let DeviceStatus { position, name, role, al_state, drive, fault } = device;
             let role = if role.is_empty() { String::new() } else { format!(" ({role})") };

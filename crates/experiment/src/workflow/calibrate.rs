@@ -12,7 +12,7 @@ use stickslip_base::report::{Cell, Provenance, Report, Table};
 use stickslip_base::table::Column;
 use stickslip_base::{Error, Preset, Summary, Watch, output, parameters};
 use stickslip_bench::remote::{Address, RemoteBench};
-use stickslip_bench::{Bench, ClockedBench, OpenFieldbus, ThreadSettings, VirtualBench};
+use stickslip_bench::{Bench, ClockedBench, VirtualBench};
 
 /// Name of the calibrated preset's file, an argument of `--preset`.
 pub const CALIBRATED: &str = "calibrated.toml";
@@ -58,18 +58,16 @@ pub fn calibrate_remote(
     Ok(CalibrationRun { preset: *preset, seed: None, calibration })
 }
 
-/// The same with servo drives on a fieldbus, in real time.
+/// The same on a bench in real time.
 ///
 /// # Errors
-/// As [`calibrate`]; errors of the fieldbus.
-pub fn calibrate_fieldbus(
+/// As [`calibrate`].
+pub fn calibrate_in_real_time(
     plan: &CalibrationPlan<f64>,
     preset: &Preset<f64>,
-    (open, interface): (OpenFieldbus, &str),
+    mut bench: ClockedBench,
     watch: &Watch,
 ) -> Result<CalibrationRun, Error> {
-    let (machine, readings) = open(preset, interface)?;
-    let mut bench = ClockedBench::over(preset, machine, readings, ThreadSettings::default(), None)?;
     let calibration = calibrated(plan, &mut bench, watch)?;
     Ok(CalibrationRun { preset: *preset, seed: None, calibration })
 }

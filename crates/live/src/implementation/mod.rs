@@ -13,7 +13,7 @@ pub use build::{BuildError, BuildProgress, BuildStage};
 pub use flow::{Flow, FlowBlock, FlowGroup, FlowPage, FlowWire};
 pub use page::{BlockSize, DiagramPage};
 pub use target::{SettingResult, Target, TargetFile};
-pub use timing::{LateCycle, TimeBin, TimedPart, Timing};
+pub use timing::{LateCycle, TimedPart, Timing};
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};

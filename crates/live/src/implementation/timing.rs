@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stickslip_rt::{Histograms, Quantiles};
 
+use stickslip_bench::bins::{TimeBin, bars};
 use stickslip_bench::overrun_sentence;
 
 /// Bars of a histogram in a decade of time.
@@ -28,17 +29,6 @@ pub struct Timing {
     pub late: Vec<LateCycle>,
     /// Number of cycles missed because of them.
     pub missed: u64,
-}
-
-/// A bar of a histogram.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct TimeBin {
-    /// Lower edge [s].
-    pub from: f64,
-    /// Upper edge, exclusive [s].
-    pub to: f64,
-    /// Number of cycles.
-    pub count: u64,
 }
 
 /// Execution time of a part.
@@ -79,13 +69,11 @@ impl Timing {
         parts.extend(histograms.blocks().map(|(block, times)| part(block.name, times)));
         let period = 1.0 / rate;
         let edges = edges(histograms.shortest(), total.max.max((period * 1e9) as u64));
-        let counts = histograms.counts(&edges);
-        let bins = edges.windows(2).zip(counts);
         let late = histograms.overruns.iter().rev().take(LISTED);
         Timing {
             period,
             cycles: total.count,
-            bins: bins.map(|(edge, count)| TimeBin { from: seconds(edge[0]), to: seconds(edge[1]), count }).collect(),
+            bins: bars(&edges, histograms.counts(&edges)),
             parts,
             overruns: histograms.overruns.len() as u64,
             late: late

@@ -24,7 +24,7 @@ pub use super::frictions::LibraryFriction;
 pub use super::health::Loss;
 pub use super::implementation::{
     BlockSize, BuildError, BuildProgress, BuildStage, DiagramPage, Flow, FlowBlock, FlowGroup, FlowPage, FlowWire,
-    LateCycle, SettingResult, Target, TargetFile, TimeBin, TimedPart, Timing,
+    LateCycle, SettingResult, Target, TargetFile, TimedPart, Timing,
 };
 pub use super::machine::{Factor, Machine, Part, PartKind};
 pub use super::preload::AdvisedPreload;
@@ -32,6 +32,7 @@ pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
 pub use super::runs::ReplayProgress;
 pub use super::state::EarlierState;
 pub use crate::catalogue::Records;
+pub use stickslip_bench::bins::TimeBin;
 pub use stickslip_bench::run::{Alignment, Course, RunEvent, Simulated, Trace};
 pub use stickslip_recording::capture::Past;
 pub use stickslip_study::trials::{

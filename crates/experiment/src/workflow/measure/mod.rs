@@ -212,7 +212,9 @@ impl<P: Plan> Measurement<P> {
         let further = self.outcome.further().into_iter();
         let report = further.fold(report, |report, (figure, caption)| report.figure(figure, caption));
         let report = match &self.clocked {
-            Some(clocked) => report.table(clocked.table().caption("Lateness and duration of the ticks.")),
+            Some(clocked) => report
+                .table(clocked.table().caption("Lateness and duration of the ticks."))
+                .table(clocked.histogram_table().caption("Number of ticks and frames by their times.")),
             None => report,
         };
         let warnings = self.warnings();
