@@ -1,9 +1,10 @@
 """EtherCAT main devices that operate the drives of `stickslip plant --ethercat`.
 
-    python3 main_devices.py soem|kickcat PROGRAM        # in a network namespace, as root there
+    python3 main_devices.py soem|kickcat PROGRAM [fixed]        # in a network namespace, as root there
 
 Each makes a pair of interfaces, starts the program on one and runs a main device on the other: pysoem 1.1.13 (SOEM) or
-kickcat 2.5. Any deviation raises an exception.
+kickcat 2.5. Any deviation raises an exception. With `fixed` the drives have process data that cannot be mapped. Prints the
+signals of both drives in the loop of set-points, then the states of all devices in their order.
 """
 
 import contextlib
@@ -18,6 +19,8 @@ RATED = 467
 STICKS, TURNS = 428, 857
 COUNTS = 65536
 TORQUE = 10
+# 0.1 % of the rated torque.
+LIMIT = 3000
 CYCLE = 0.004
 
 
@@ -33,11 +36,33 @@ def drives(program, *options):
             yield "main"
         finally:
             served.terminate()
+            print(served.stdout.read())
 
 
-def inputs(data):
-    """Statusword, position, velocity, torque, error code."""
-    return struct.unpack("<HiihHbx", bytes(data))[:5]
+class Mapping:
+    """The default process data of a drive."""
+
+    lengths = (6, 16)
+
+    def outputs(self, control, torque):
+        return struct.pack("<Hhbx", control, torque, TORQUE)
+
+    def inputs(self, data):
+        """Statusword, position, velocity, torque, error code."""
+        return struct.unpack("<HiihHbx", bytes(data))[:5]
+
+
+class FixedMapping:
+    """With gaps, a torque limit and set-points of other modes."""
+
+    lengths = (16, 20)
+
+    def outputs(self, control, torque):
+        return struct.pack("<HbxiihH", control, TORQUE, 0, 0, torque, LIMIT)
+
+    def inputs(self, data):
+        error, status, _, position, velocity, torque, _ = struct.unpack("<HHbxiihi", bytes(data))
+        return status, position, velocity, torque, error
 
 
 class Clock:
@@ -51,8 +76,16 @@ class Clock:
         time.sleep(max(0.0, self.next - time.perf_counter()))
 
 
-def turn(cycle):
-    """Enable both drives, stick, turn, and hold the shaft by the load drive. `cycle(n, control, torques)` returns inputs."""
+def turn(exchange):
+    """Enable both drives, stick, turn, and hold the shaft by the load drive. `exchange(n, control, torques)` returns inputs."""
+
+    def cycle(count, control, torques):
+        drives = exchange(count, control, torques)
+        words = [f"0x{d[0]:04X} {d[1]:8d} {d[2]:8d} {d[3]:5d}" for d in drives]
+        print(f"{count:4d} cycles, 0x{control:02X}, {torques[0]:4d} {torques[1]:4d}:  {'    '.join(words)}")
+        return drives
+
+    print("cycles, controlword, torques [0.1 %]:  statusword, position, velocity, torque of each drive")
     for control, state in ((0x06, 0x21), (0x07, 0x23), (0x0F, 0x27)):
         for status, *_ in cycle(10, control, (0, 0)):
             assert status & 0x6F == state, hex(status)
@@ -66,7 +99,7 @@ def turn(cycle):
     assert abs(held[1][2]) < COUNTS / 1000 and held[1][3] == -TURNS, held
 
 
-def soem(interface):
+def soem(interface, mapping):
     import pysoem
 
     master = pysoem.Master()
@@ -87,8 +120,12 @@ def soem(interface):
     objects = {entry.index: entry for entry in motor.od}
     assert objects[0x6040].name == b"Controlword" and len(objects) > 50
     assert [entry.name for entry in objects[0x1018].entries][1] == b"Vendor ID"
-    for value in (b"\0", b"\0\x16", b"\1"):
-        motor.sdo_write(0x1C12, 1 if len(value) == 2 else 0, value)
+    try:
+        for value in (b"\0", b"\0\x16", b"\1"):
+            motor.sdo_write(0x1C12, 1 if len(value) == 2 else 0, value)
+        assert isinstance(mapping, Mapping), "a fixed assignment was written"
+    except pysoem.SdoError:
+        assert isinstance(mapping, FixedMapping), "an assignment was refused"
     try:
         motor.sdo_write(0x6076, 0, b"\1\0\0\0")
         raise AssertionError("a constant was written")
@@ -101,7 +138,7 @@ def soem(interface):
         device.sdo_write(0x10F1, 2, b"\xff\xff")
     master.config_map()
     assert master.state_check(pysoem.SAFEOP_STATE, 500_000) == pysoem.SAFEOP_STATE
-    wrong_lengths(pysoem, master, motor)
+    wrong_lengths(pysoem, master, motor, mapping)
     assert master.config_dc()
     for device in (motor, load):
         device.dc_sync(True, int(CYCLE * 1e9))
@@ -113,7 +150,7 @@ def soem(interface):
         return master.receive_processdata(300_000)
 
     for device in (motor, load):
-        device.output = bytes(6)
+        device.output = bytes(mapping.lengths[0])
     master.state = pysoem.OP_STATE
     master.write_state()
     end = time.monotonic() + 10
@@ -125,10 +162,10 @@ def soem(interface):
     def cycle(count, control, torques):
         for _ in range(count):
             for device, torque in zip((motor, load), torques):
-                device.output = struct.pack("<Hhbx", control, torque, TORQUE)
+                device.output = mapping.outputs(control, torque)
             counter = exchange()
             assert counter == master.expected_wkc == 7, counter
-        return [inputs(motor.input), inputs(load.input)]
+        return [mapping.inputs(motor.input), mapping.inputs(load.input)]
 
     turn(cycle)
     assert abs(struct.unpack("<h", accelerometer.input)[0]) < 32767
@@ -150,9 +187,9 @@ def soem(interface):
     master.close()
 
 
-def wrong_lengths(pysoem, master, motor):
+def wrong_lengths(pysoem, master, motor, mapping):
     """Sync managers that differ from the mapping are refused; afterwards all are right again."""
-    for register, right, code in ((0x0812, 6, 0x1D), (0x081A, 16, 0x1E)):
+    for register, right, code in zip((0x0812, 0x081A), mapping.lengths, (0x1D, 0x1E)):
         motor.state = pysoem.PREOP_STATE
         motor.write_state()
         assert motor.state_check(pysoem.PREOP_STATE, 500_000) == pysoem.PREOP_STATE
@@ -169,7 +206,7 @@ def wrong_lengths(pysoem, master, motor):
         assert motor.state_check(pysoem.SAFEOP_STATE, 500_000) == pysoem.SAFEOP_STATE
 
 
-def kickcat(interface):
+def kickcat(interface, mapping):
     import kickcat
 
     second = timedelta(seconds=1)
@@ -188,7 +225,7 @@ def kickcat(interface):
     assert bus.read_sdo(motor, 0x1C00, 0, kickcat.Access.COMPLETE, 64, second)[-4:] == b"\1\2\3\4"
     assert bus.read_object_description(motor, 0x6040)[0] == "Controlword"
     bus.create_mapping()
-    assert [(it.output_size, it.input_size) for it in devices] == [(6, 16), (6, 16), (0, 2)]
+    assert [(it.output_size, it.input_size) for it in devices] == [mapping.lengths, mapping.lengths, (0, 2)]
     bus.request_state(kickcat.State.SAFE_OP)
     bus.wait_for_state(kickcat.State.SAFE_OP, second)
     clock = Clock()
@@ -196,10 +233,10 @@ def kickcat(interface):
     def cycle(count, control, torques):
         for _ in range(count):
             for device, torque in zip((motor, load), torques):
-                device.set_output_bytes(struct.pack("<Hhbx", control, torque, TORQUE))
+                device.set_output_bytes(mapping.outputs(control, torque))
             clock.wait()
             bus.process_data()
-        return [inputs(motor.input_data), inputs(load.input_data)]
+        return [mapping.inputs(motor.input_data), mapping.inputs(load.input_data)]
 
     bus.request_state(kickcat.State.OPERATIONAL)
     bus.wait_for_state(kickcat.State.OPERATIONAL, 5 * second, lambda: cycle(1, 0, (0, 0)))
@@ -222,5 +259,7 @@ def kickcat(interface):
 
 
 if __name__ == "__main__":
-    with drives(sys.argv[2], "--analog", "1") as interface:
-        {"soem": soem, "kickcat": kickcat}[sys.argv[1]](interface)
+    fixed = sys.argv[3:] == ["fixed"]
+    with drives(sys.argv[2], "--analog", "1", *(["--fixed-mapping"] if fixed else [])) as interface:
+        run = {"soem": soem, "kickcat": kickcat}[sys.argv[1]]
+        run(interface, FixedMapping() if fixed else Mapping())
