@@ -59,6 +59,8 @@ fn a_fault_is_stated_with_the_meaning_of_its_codes() {
     assert_eq!(
         lines[2..],
         [
+            "frames by distance from that middle: 1 up to 1 µs",
+            "frames by round trip: 1 up to 50 µs",
             "0 coupler: no answer: check supply and cable; when it answers, it is brought to OP while the bench is off or \
              has a fault",
             "1 left drive (motor): OP, fault (0x0218): error code 0x2310: over-current",
