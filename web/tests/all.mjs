@@ -1,31 +1,31 @@
-// Runs all browser tests. Each test has its own program and browser and mostly waits for its axis in real time: three at a
+// Runs all browser tests. Each test has its own program and browser and mostly waits for its axis in real time: four at a
 // time keep two processors busy. Virtual machines wait if no processor is free.
 
 import { spawn } from 'node:child_process'
 import { join } from 'node:path'
 
-const AT_ONCE = 3
+const AT_ONCE = 4
 // The longest first.
 const waiting = [
   'at-rest',
   'newcomer',
-  'test-window',
-  'scope',
-  'experiment',
-  'help',
-  'design',
-  'controller',
-  'implementation',
-  'runs',
-  'narrow',
-  'simulation',
   'memory',
-  'controllers',
-  'entered',
-  'escape',
-  'home',
+  'test-window',
+  'experiment',
+  'design',
+  'narrow',
   'ratios',
+  'controller',
+  'scope',
+  'help',
+  'entered',
+  'runs',
+  'implementation',
+  'simulation',
   'small',
+  'escape',
+  'controllers',
+  'home',
   'external-controller',
   'segment',
 ]

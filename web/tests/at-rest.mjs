@@ -3,6 +3,8 @@
 import assert from 'node:assert/strict'
 import { caller, play } from './harness.mjs'
 
+const PLAN = { slowest: '3', fastest: '40', speeds: '5', settling_time: '0.1' }
+
 await play(async (scene) => {
   const ann = await scene.page('Ann')
   const call = caller(ann)
@@ -70,8 +72,7 @@ await play(async (scene) => {
   })
   await scene.step('arrow keys move along the measured points and read their values', async () => {
     await tab('Over speed').click()
-    const plan = { slowest: '2', fastest: '40', speeds: '5' }
-    await call({ call: 'measure', what: 'friction', plan })
+    await call({ call: 'measure', what: 'friction', plan: PLAN })
     await ended()
     const points = ann.getByRole('slider', { name: /Points of Friction torque/ })
     await ann.getByRole('button', { name: /Download to target/ }).waitFor()
@@ -92,7 +93,7 @@ await play(async (scene) => {
     await wheel.getByText(/^The friction wheel is required$/).waitFor()
     await call({ call: 'preload', preload: 0.2 })
     await ended()
-    await call({ call: 'measure', what: 'friction', plan: { slowest: '2', fastest: '40', speeds: '5' } })
+    await call({ call: 'measure', what: 'friction', plan: PLAN })
     await ended()
     await wheel.getByText(/^Recommended preload: [\d.]+$/).waitFor()
     const { preload } = await call({ call: 'advise_preload' })

@@ -106,8 +106,10 @@ class Scene {
   async accessible(page, where) {
     // Injected past the policy that blocks external scripts on the page.
     const session = await page.context().newCDPSession(page)
-    await session.send('Runtime.evaluate', { expression: axe })
+    const { result } = await session.send('Runtime.evaluate', { expression: 'typeof axe' })
+    if (result.value === 'undefined') await session.send('Runtime.evaluate', { expression: axe })
     const answer = await session.send('Runtime.evaluate', { expression: 'axe.run(document).then((r) => JSON.stringify(r.violations))', awaitPromise: true, returnByValue: true })
+    await session.detach()
     const violations = JSON.parse(answer.result.value)
     const barriers = violations.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => `${node.target} ${node.any[0]?.message ?? ''}`).join('; ')}`)
     this.barriers.push(...barriers.map((one) => `${where}: ${one}`))

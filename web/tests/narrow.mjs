@@ -72,30 +72,52 @@ await play(async (scene) => {
   const call = caller(ann)
   await ann.goto(scene.bench.address.href)
   await ann.getByRole('main').waitFor()
-  await call({ call: 'measure', what: 'friction', plan: { slowest: '2', fastest: '40', speeds: '3' } })
-  do await ann.waitForTimeout(200)
+  await call({ call: 'measure', what: 'friction', plan: { slowest: '4', fastest: '40', speeds: '3', settling_time: '0.1' } })
+  do await ann.waitForTimeout(100)
   while ((await call({ call: 'status' })).doing)
   const all = []
-  for (const [name, size] of Object.entries(SIZES))
-    await scene.step(`every window, ${name}`, async () => {
-      await ann.setViewportSize(size)
-      for (const path of WINDOWS) {
-        await ann.goto(scene.bench.address.origin + path)
-        await ann.getByRole('main').waitFor()
-        await ann.waitForTimeout(400)
+  /** Loads a window on the smallest screen: a window that fits there may not fit another one after a change of size. */
+  const open = async (path) => {
+    await ann.setViewportSize(SIZES.phone)
+    await ann.goto(scene.bench.address.origin + path)
+    await ann.getByRole('main').waitFor()
+  }
+  /** In forced colours, selected, disabled and active controls are distinguishable. */
+  const forcedColours = async (path) => {
+    await ann.emulateMedia({ forcedColors: 'active' })
+    await resize({ width: 1280, height: 800 })
+    await scene.accessible(ann, `${path}, forced colours`)
+    // A background alone is not visible there: a pressed button has an edge or a system colour.
+    const same = await ann.evaluate(() => {
+      const look = (one) => ((style) => [style.backgroundColor, style.color, style.outlineStyle, style.borderTopColor, style.borderTopStyle, style.borderTopWidth].join())(getComputedStyle(one))
+      return [...document.querySelectorAll('.segments')].filter((group) => {
+        const [on, off] = [true, false].map((on) => group.querySelector(`[aria-pressed=${on}]`))
+        return on && off && look(on) === look(off)
+      }).map((group) => group.ariaLabel)
+    })
+    assert.deepEqual(same, [], `${path}: selected and unselected look the same`)
+    if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, `forced${path.replace('/', '-')}.png`) })
+    await ann.emulateMedia({ forcedColors: 'none' })
+  }
+  /** Changes the size, and waits until all plots have it. */
+  const resize = async (size) => {
+    await ann.setViewportSize(size)
+    await ann.waitForTimeout(300)
+  }
+  for (const path of WINDOWS)
+    await scene.step(`${path} in every size`, async () => {
+      await open(path)
+      for (const [name, size] of Object.entries(SIZES)) {
+        await resize(size)
         all.push(...(await ann.evaluate(layoutFaults)).map((fault) => `${path}, ${name}: ${fault}`))
         all.push(...(await ann.evaluate(coverFaults)).map((fault) => `${path}, ${name}: ${fault}`))
         await scene.accessible(ann, `${path}, ${name}`)
         if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, `${name}${path.replace('/', '-')}.png`) })
       }
+      await forcedColours(path)
     })
   assert.deepEqual(all, [], 'nothing is cut or out of reach')
   await scene.step('dialogs and popups fit a phone', async () => {
-    await ann.setViewportSize(SIZES.phone)
-    const open = async (path) => {
-      await ann.goto(scene.bench.address.origin + path)
-      await ann.getByRole('main').waitFor()
-    }
     const command = async (name) => {
       await open('/')
       await ann.keyboard.press('Control+k')
@@ -138,37 +160,15 @@ await play(async (scene) => {
     await call({ call: 'move', reference: 'sine', values: { amplitude: 1, frequency: 1 } })
     await call({ call: 'inject', fault: 'encoder-stuck' })
     await ann.getByRole('alert', { name: 'Fault' }).waitFor()
-    for (const [name, size] of Object.entries(SIZES)) {
-      await ann.setViewportSize(size)
-      for (const path of ['/', '/design', '/scope']) {
-        await ann.goto(scene.bench.address.origin + path)
-        await ann.getByRole('alert', { name: 'Fault' }).waitFor()
-        await ann.waitForTimeout(300)
+    for (const path of ['/', '/design', '/scope']) {
+      await open(path)
+      await ann.getByRole('alert', { name: 'Fault' }).waitFor()
+      for (const [name, size] of Object.entries(SIZES)) {
+        await resize(size)
         all.push(...[...(await ann.evaluate(layoutFaults)), ...(await ann.evaluate(coverFaults))].map((fault) => `${path}, ${name}, fault: ${fault}`))
         if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, `fault-${name}${path.replace('/', '-')}.png`) })
       }
     }
     assert.deepEqual(all, [])
-  })
-  await scene.step('every window in forced colours: selected, disabled and active controls are distinguishable', async () => {
-    await ann.setViewportSize({ width: 1280, height: 800 })
-    await ann.emulateMedia({ forcedColors: 'active' })
-    for (const path of WINDOWS) {
-      await ann.goto(scene.bench.address.origin + path)
-      await ann.getByRole('main').waitFor()
-      await ann.waitForTimeout(400)
-      await scene.accessible(ann, `${path}, forced colours`)
-      // A background alone is not visible there: a pressed button has an edge or a system colour.
-      const same = await ann.evaluate(() => {
-        const look = (one) => ((style) => [style.backgroundColor, style.color, style.outlineStyle, style.borderTopColor, style.borderTopStyle, style.borderTopWidth].join())(getComputedStyle(one))
-        return [...document.querySelectorAll('.segments')].filter((group) => {
-          const [on, off] = [true, false].map((on) => group.querySelector(`[aria-pressed=${on}]`))
-          return on && off && look(on) === look(off)
-        }).map((group) => group.ariaLabel)
-      })
-      assert.deepEqual(same, [], `${path}: selected and unselected look the same`)
-      if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, `forced${path.replace('/', '-')}.png`) })
-    }
-    await ann.emulateMedia({ forcedColors: 'none' })
   })
 })

@@ -11,11 +11,16 @@ const [LEAST, MOST] = [10.9, 14]
 const LEAST_DRAWN = 8.9
 /** Windows without plots while the scope is collapsed. */
 const WITHOUT = ['/', '/runs']
+/** Screens to which an open window moves, or by which its ratio changes. */
 const SCREENS = {
-  'ratio 1': {},
-  'ratio 1.5': { deviceScaleFactor: 1.5 },
-  'ratio 2': { deviceScaleFactor: 2 },
-  'zoom 200 %': { deviceScaleFactor: 2, width: 720, height: 450 },
+  'ratio 1': { width: 1440, height: 900, deviceScaleFactor: 1 },
+  'ratio 1.5': { width: 1440, height: 900, deviceScaleFactor: 1.5 },
+  'ratio 2': { width: 1440, height: 900, deviceScaleFactor: 2 },
+  'zoom 200 %': { width: 720, height: 450, deviceScaleFactor: 2 },
+}
+/** Screens on which each window is opened. */
+const OPENED = {
+  'opened at ratio 1.5': { deviceScaleFactor: 1.5 },
   phone: { deviceScaleFactor: 3, width: 390, height: 844, isMobile: true, hasTouch: true },
 }
 const PATHS = ['/', '/friction', '/design', '/controller', '/test', '/simulation', '/runs', '/scope']
@@ -94,11 +99,11 @@ await play(async (scene) => {
   await ann.getByRole('main').waitFor()
   await ann.evaluate(async () => {
     const call = async (body) => (await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body: JSON.stringify(body) })).json()
-    await call({ call: 'measure', what: 'friction', plan: { slowest: '2', fastest: '40', speeds: '5' } })
-    do await new Promise((resolve) => setTimeout(resolve, 200))
+    await call({ call: 'measure', what: 'friction', plan: { slowest: '4', fastest: '40', speeds: '5', settling_time: '0.1' } })
+    do await new Promise((resolve) => setTimeout(resolve, 100))
     while ((await call({ call: 'status' })).doing)
     await call({ call: 'trial', motion: 'sine_2hz', repetitions: 1 })
-    do await new Promise((resolve) => setTimeout(resolve, 200))
+    do await new Promise((resolve) => setTimeout(resolve, 100))
     while ((await call({ call: 'status' })).doing)
   })
   await ann.context().close()
@@ -113,35 +118,43 @@ await play(async (scene) => {
     assert.deepEqual(await page.evaluate(cutTexts), [], `${where}: texts cut by the edge of the plot`)
     if (where.endsWith('ratio 2')) assert.deepEqual(await page.evaluate(cutWords), [], `${where}: cut words`)
   }
-  for (const [name, screen] of Object.entries(SCREENS))
+  const drawn = (page, path) => WITHOUT.includes(path) || page.waitForFunction(() => [...window.drawn.values()].some((texts) => texts.size > 6))
+  const picture = (page, name, path) => process.env.SHOTS && page.screenshot({ path: join(process.env.SHOTS, `${name.replace(/\W+/g, '-')}${path.replace('/', '-')}.png`) })
+  const open = async (page, path) => {
+    await page.goto(scene.bench.address.origin + path)
+    await page.getByRole('main').waitFor()
+    await drawn(page, path)
+  }
+  const first = async (screen) => {
+    const page = await scene.page('Ann', screen)
+    await page.addInitScript(note)
+    await page.goto(scene.bench.address.href)
+    return page
+  }
+  for (const [name, screen] of Object.entries(OPENED))
     await scene.step(`texts of all plots, ${name}`, async () => {
-      const page = await scene.page('Ann', screen)
-      await page.addInitScript(note)
-      await page.goto(scene.bench.address.href)
-      await page.getByRole('main').waitFor()
+      const page = await first(screen)
       for (const path of PATHS) {
-        await page.goto(scene.bench.address.origin + path)
-        await page.getByRole('main').waitFor()
-        if (!WITHOUT.includes(path)) await page.waitForFunction(() => [...window.drawn.values()].some((texts) => texts.size > 6))
+        await open(page, path)
         await page.waitForTimeout(300)
         await check(page, `${path}, ${name}`, path)
-        if (process.env.SHOTS) await page.screenshot({ path: join(process.env.SHOTS, `${name.replace(/\W+/g, '-')}${path.replace('/', '-')}.png`) })
+        await picture(page, name, path)
       }
       await page.context().close()
     })
-  await scene.step('texts after the window has moved to a screen with another ratio', async () => {
-    const page = await scene.page('Ann')
-    await page.addInitScript(note)
-    await page.goto(scene.bench.address.href)
-    await page.getByRole('main').waitFor()
-    await page.goto(`${scene.bench.address.origin}/friction`)
-    await page.waitForFunction(() => [...window.drawn.values()].some((texts) => texts.size > 6))
+  await scene.step('texts of all plots of a window that moves to screens with other ratios', async () => {
+    const page = await first()
     const session = await page.context().newCDPSession(page)
-    for (const deviceScaleFactor of [2, 1.5, 1]) {
-      await page.evaluate(() => window.drawn.clear())
-      await session.send('Emulation.setDeviceMetricsOverride', { width: 1440, height: 900, deviceScaleFactor, mobile: false })
-      await page.waitForFunction(() => [...window.drawn.values()].some((texts) => texts.size > 6))
-      await check(page, `ratio ${deviceScaleFactor}`, '/friction')
+    for (const path of PATHS) {
+      await open(page, path)
+      for (const [name, screen] of Object.entries(SCREENS)) {
+        await page.evaluate(() => window.drawn.clear())
+        await session.send('Emulation.setDeviceMetricsOverride', { ...screen, mobile: false })
+        await drawn(page, path)
+        await page.waitForTimeout(200)
+        await check(page, `${path}, ${name}`, path)
+        await picture(page, name, path)
+      }
     }
   })
 })

@@ -6,8 +6,10 @@ import type { Chunk } from './past'
 
 /** Cycles per block with stored extremes. */
 const BLOCK = 16
-/** Memory for all signals [bytes]. */
-const BUDGET = 200e6
+/** Memory of the device as far as the browser states it [GB]; 4 if it does not. */
+const device = (globalThis.navigator as { deviceMemory?: number } | undefined)?.deviceMemory ?? 4
+/** Memory for all signals [bytes]: less on a phone. */
+const BUDGET = Math.min(200e6, 100e6 * device)
 /** Cycles that are copied at once. */
 const COPY = 4096
 /** Length of the buffer if it fits into the memory [s]. */
