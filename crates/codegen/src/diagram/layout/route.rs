@@ -122,21 +122,18 @@ fn routed(layers: &Layers, channel: usize) -> Vec<Bundle> {
         bundles[number].sides[usize::from(!pin.left)].push(y);
     }
     let mut order: Vec<usize> = (0..bundles.len()).filter(|b| bundles[*b].ends().0 < bundles[*b].ends().1).collect();
-    let cost = |a: usize, b: usize| bundles[a].cost_left_of(&bundles[b]);
-    // At first, downward wires are on the right, upward ones on the left; then neighbours are exchanged while the cost
-    // decreases.
+    let costs: Vec<Vec<usize>> = bundles.iter().map(|a| bundles.iter().map(|b| a.cost_left_of(b)).collect()).collect();
+    // At first, downward wires are on the right, upward ones on the left; then wires move to the left while the cost
+    // decreases. A move changes the cost of the pairs with the moved wire only.
     loop {
         let mut better = false;
         for i in 0..order.len() {
             for j in i + 1..order.len() {
-                let total = |order: &[usize]| -> usize {
-                    (i..=j).flat_map(|a| (a + 1..=j).map(move |b| (a, b))).map(|(a, b)| cost(order[a], order[b])).sum()
-                };
-                let mut other = order.clone();
-                let moved = other.remove(j);
-                other.insert(i, moved);
-                if total(&other) < total(&order) {
-                    order = other;
+                let (passed, moved) = (&order[i..j], order[j]);
+                let now: usize = passed.iter().map(|other| costs[*other][moved]).sum();
+                let then: usize = passed.iter().map(|other| costs[moved][*other]).sum();
+                if then < now {
+                    order[i..=j].rotate_right(1);
                     better = true;
                 }
             }
