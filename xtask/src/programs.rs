@@ -26,6 +26,8 @@ pub(crate) struct Program {
     /// Whether it runs alone, because it runs a bench in real time: `alone` in the manifest's
     /// `[package.metadata.stickslip]` lists its target, `lib` the unit tests of the library.
     pub(crate) alone: bool,
+    /// Whether most of its tests wait for the clock, so that twice as many run at a time: `waits` in the same table.
+    pub(crate) waits: bool,
     /// Fingerprint of what its result depends on; `None` if a file cannot be read.
     pub(crate) inputs: Option<u64>,
 }
@@ -70,6 +72,7 @@ fn program(workspace: &Workspace, record: &Record, message: &Value, started: &[P
         executable,
         package: workspace.root.join(&package.folder),
         alone: package.listed("alone").contains(&target),
+        waits: package.listed("waits").contains(&target),
         inputs,
     })
 }
@@ -82,7 +85,14 @@ pub(crate) fn command(program: &Program, target: &Path) -> Command {
     let mut command = Command::new(&program.executable);
     command.current_dir(&program.package).arg("--quiet");
     command.env("CARGO_MANIFEST_DIR", &program.package).env("CARGO_TARGET_DIR", target);
+    if program.waits {
+        command.env("RUST_TEST_THREADS", (2 * cores()).to_string());
+    }
     command
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(2, NonZero::get)
 }
 
 /// Runs the programs in the order of `times`, one per core; those that need the machine run first, alone. A test in real
@@ -148,7 +158,7 @@ fn run_all(
     let waiting = Mutex::new(together);
     let next = || waiting.lock().expect("no thread panics with the lock").pop_front();
     std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(2, NonZero::get) {
+        for _ in 0..cores() {
             scope.spawn(|| std::iter::from_fn(next).for_each(run_one));
         }
     });
@@ -195,7 +205,14 @@ mod tests {
     use crate::workspace::sample;
 
     fn a_program(source: &str) -> Program {
-        Program { source: source.into(), executable: "true".into(), package: ".".into(), alone: false, inputs: None }
+        Program {
+            source: source.into(),
+            executable: "true".into(),
+            package: ".".into(),
+            alone: false,
+            waits: false,
+            inputs: None,
+        }
     }
 
     /// A record in an empty folder for a tree without files.
@@ -229,11 +246,11 @@ mod tests {
     }
 
     #[test]
-    fn the_manifest_lists_the_programs_that_run_alone() {
-        let alone = |kind: &str, name: &str, file: &str| {
+    fn the_manifest_lists_the_programs_that_run_alone_and_those_that_wait() {
+        let of = |kind: &str, name: &str, file: &str| {
             let packages = serde_json::json!([{
                 "name": "rt", "manifest_path": "/w/crates/rt/Cargo.toml", "dependencies": [], "targets": [],
-                "metadata": { "stickslip": { "alone": ["lib", "causes"] } },
+                "metadata": { "stickslip": { "alone": ["lib", "causes"], "waits": ["slot"] } },
             }]);
             let metadata = serde_json::json!({ "workspace_root": "/w", "packages": packages });
             let workspace = Workspace::parse(&metadata).expect("it is complete");
@@ -242,10 +259,17 @@ mod tests {
                 "target": { "kind": [kind], "name": name, "src_path": format!("/w/crates/rt/{file}") },
             });
             let (_folder, record) = empty_record();
-            program(&workspace, &record, &message, &[]).expect("a test program").alone
+            program(&workspace, &record, &message, &[]).expect("a test program")
         };
-        assert!(alone("lib", "rt", "src/lib.rs") && alone("test", "causes", "tests/causes.rs"));
-        assert!(!alone("test", "slot", "tests/slot.rs") && !alone("bin", "rt", "src/main.rs"));
+        let causes = of("test", "causes", "tests/causes.rs");
+        assert!(of("lib", "rt", "src/lib.rs").alone && causes.alone && !causes.waits);
+        let slot = of("test", "slot", "tests/slot.rs");
+        assert!(!slot.alone && slot.waits && !of("bin", "rt", "src/main.rs").alone);
+        let threads = |program| {
+            let command = command(program, Path::new("/t"));
+            command.get_envs().any(|(name, _)| name == "RUST_TEST_THREADS")
+        };
+        assert!(threads(&slot) && !threads(&causes));
     }
 
     fn run_scripts(programs: &[&str], script: impl Fn(&str) -> String + Sync) -> (Result<Vec<String>, String>, Counts) {

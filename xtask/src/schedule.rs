@@ -61,7 +61,14 @@ mod tests {
     use super::*;
 
     fn program(source: &str, alone: bool) -> Program {
-        Program { source: source.into(), executable: "true".into(), package: ".".into(), alone, inputs: None }
+        Program {
+            source: source.into(),
+            executable: "true".into(),
+            package: ".".into(),
+            alone,
+            waits: false,
+            inputs: None,
+        }
     }
 
     fn together(times: &Times, names: &[&str]) -> Vec<String> {
