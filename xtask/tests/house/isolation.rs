@@ -111,13 +111,13 @@ fn a_lock_is_found_in_a_listed_file() {
 fn manifests_have_known_lists_and_name_test_programs_that_exist() {
     for package in &workspace().packages {
         for key in package.lists() {
-            assert!(["alone", "deadline"].contains(&key), "{}: unknown list {key}", package.name);
+            assert!(["alone", "deadline", "waits"].contains(&key), "{}: unknown list {key}", package.name);
         }
         let tested = package.targets.iter().filter(|target| target.is_tested);
         let name = |kind, name| if kind == Kind::Library { "lib" } else { name };
         let programs: BTreeSet<_> = tested.map(|target| name(target.kind, target.name.as_str())).collect();
-        for alone in package.listed("alone") {
-            assert!(programs.contains(alone), "{}: no test program {alone} among {programs:?}", package.name);
+        for program in ["alone", "waits"].into_iter().flat_map(|list| package.listed(list)) {
+            assert!(programs.contains(program), "{}: no test program {program} among {programs:?}", package.name);
         }
     }
 }
