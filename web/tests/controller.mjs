@@ -12,7 +12,7 @@ const GAIN = 'bench.controller.velocity_gain'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
-  ann.setDefaultTimeout(15_000)
+  ann.setDefaultTimeout(30_000)
   const main = ann.getByRole('main')
   const region = (name) => main.getByRole('region', { name, exact: true })
   const field = (name) => region('Gains').getByRole('textbox', { name })

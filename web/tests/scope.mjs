@@ -251,7 +251,8 @@ await play(async (scene) => {
     await recording.click()
     await recording.waitFor({ state: 'detached' })
     await button('Record').waitFor()
-    assert.equal((await call({ call: 'runs' })).runs[0].kind, 'recording')
+    // The run is listed when its file has been written.
+    while (!(await call({ call: 'runs', query: 'kind:recording' })).of) await ann.waitForTimeout(50)
     await ann.keyboard.press('2')
     await ann.keyboard.press('s')
     await pane(/estimated velocity/).waitFor()
