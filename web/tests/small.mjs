@@ -25,7 +25,7 @@ function covered() {
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
-  ann.setDefaultTimeout(15_000)
+  ann.setDefaultTimeout(30_000)
   const call = caller(ann)
 
   await scene.step('messages cover no control, in any window and at any size', async () => {
@@ -47,10 +47,15 @@ await play(async (scene) => {
   })
   await scene.step('a download shows its progress until the target has the values', async () => {
     await ann.setViewportSize(SIZES[0])
-    // A slow check on the target.
+    // A slow check on the target: it ends when the progress has been seen.
+    let end
+    const seen = new Promise((resolve) => (end = resolve))
     await ann.routeWebSocket(/api\/live/, (socket) => {
       const server = socket.connectToServer()
-      socket.onMessage((message) => setTimeout(() => server.send(message), /"set"/.test(message) ? 1200 : 0))
+      socket.onMessage(async (message) => {
+        if (/"set"/.test(message)) await seen
+        server.send(message)
+      })
     })
     await ann.goto(`${scene.bench.address.origin}/controller`)
     const gain = ann.getByRole('region', { name: 'Gains' }).getByRole('textbox', { name: /position gain/ })
@@ -63,6 +68,7 @@ await play(async (scene) => {
     await ann.getByRole('progressbar', { name: 'Download to the target' }).waitFor()
     assert.ok(await dialog.getByRole('button', { name: /^Download 1/ }).isDisabled())
     await scene.snapshot(ann, 'download-progress')
+    end()
     await ann.getByText(/Controller active on the target/).waitFor()
     await dialog.waitFor({ state: 'detached' })
     assert.equal(await ann.getByRole('progressbar', { name: 'Download to the target' }).count(), 0)
