@@ -29,6 +29,7 @@ mod friction;
 mod learning;
 pub mod library;
 pub mod load;
+mod missed;
 mod next_speeds;
 mod part;
 mod plan;

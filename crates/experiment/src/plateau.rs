@@ -6,6 +6,8 @@ use stickslip_core::friction::Friction;
 
 use stickslip_bench::Frame;
 
+use super::missed::with_missed;
+
 /// Rate up to which the velocity loop follows a motion and the encoder resolves it [1/s].
 const SWAY_RATE: f64 = 100.0;
 /// Blocks of a plateau in figures.
@@ -110,6 +112,7 @@ pub(super) struct Balance<'a> {
 impl Balance<'_> {
     /// Evaluates the frames of one plateau.
     pub(super) fn evaluate(&self, set_velocity: f64, frames: &[Frame], whole_turns: bool) -> Plateau {
+        let frames = &*with_missed(frames);
         let window = Window::new(frames.len(), self.edge_time / self.dt);
         let weights = window.weights();
         let velocity = self.velocity(frames, &weights);
@@ -314,7 +317,18 @@ mod tests {
     const COUNT: f64 = std::f64::consts::TAU / 10_000.0;
 
     fn evaluate(set_velocity: f64, seconds: f64, angle: impl Fn(f64) -> f64, torque: impl Fn(f64) -> f64) -> Plateau {
+        evaluate_some(set_velocity, seconds, angle, torque, |_| true)
+    }
+
+    fn evaluate_some(
+        set_velocity: f64,
+        seconds: f64,
+        angle: impl Fn(f64) -> f64,
+        torque: impl Fn(f64) -> f64,
+        is_run: impl Fn(&u64) -> bool,
+    ) -> Plateau {
         let frames: Vec<Frame> = (0..(seconds / DT) as u64)
+            .filter(is_run)
             .map(|cycle| {
                 let t = cycle as f64 * DT;
                 let signals = TickOutput { commanded_torque: torque(t), ..TickOutput::default() };
@@ -375,6 +389,26 @@ mod tests {
         let angle = |t: f64| 5.0 * t - sway / omega * libm::cos(omega * t + 0.4);
         let plateau = evaluate(5.0, 0.3, angle, |t| 0.2 + 1e-3 * sway * omega * libm::cos(omega * t + 0.4));
         assert!((plateau.torque - 0.2).abs() < 1e-5, "{}", plateau.torque);
+    }
+
+    #[test]
+    fn torque_during_missed_ticks_counts() {
+        // 0.1 N m more than the friction for 20 ms, which 79 of its 80 ticks miss, and as much less for 20 ms later.
+        let torque = |t: f64| {
+            0.2 + if (0.3..0.32).contains(&t) { 0.1 } else { 0.0 } - if (0.5..0.52).contains(&t) { 0.1 } else { 0.0 }
+        };
+        let angle = |t: f64| {
+            let [up, down] = [0.3, 0.5].map(|start| (t - start).clamp(0.0, 0.02));
+            // The axis gains 2 rad/s and loses them.
+            let gain = |risen: f64, since: f64| 100.0 * risen * (since - 0.5 * risen);
+            20.0 * t + gain(up, t - 0.3) - gain(down, t - 0.5)
+        };
+        let all = evaluate(20.0, 0.8, angle, torque);
+        let some = evaluate_some(20.0, 0.8, angle, torque, |cycle| !(1201..1280).contains(cycle));
+        assert!((all.torque - 0.2).abs() < 2e-5, "{}", all.torque);
+        assert!((some.torque - 0.2).abs() < 5e-5, "{}", some.torque);
+        assert!((some.velocity - all.velocity).abs() < 1e-2, "{} {}", some.velocity, all.velocity);
+        assert_eq!(some.dropped, None);
     }
 
     #[test]
