@@ -41,8 +41,8 @@ const IN_PROCESS: [(&str, &str); 8] = [
     ("plant.encoder.counts_per_revolution", "65536"),
     ("plant.encoder.counter_range", "4294967296"),
 ];
-/// Medians that late ticks alone may cause [mN m]: twice the largest of 14 runs, 0.18 of own and 0.30 of rendered
-/// friction, with 0.1 to 0.5 % missed ticks at load averages of 6 to 15 on two cores. It is 0.4 % of the friction.
+/// Medians that late ticks alone may cause [mN m]: 3.7 times the largest of 7 runs, 0.09 of own and 0.16 of rendered
+/// friction, with 0.2 to 0.9 % missed ticks at load averages of 7 to 13 on two cores. It is 0.4 % of the friction.
 const REPEATABILITY: f64 = 0.6;
 const SLOWEST: f64 = 4.0;
 const SPEEDS: f64 = 5.0;
@@ -93,7 +93,7 @@ fn in_process(preset: &Preset<f64>) -> Points {
 }
 
 /// Medians of the distances of own and rendered friction from the true and the desired one [mN m]. A stall of this
-/// computer within a plateau changes its torque by up to 30 mN m, which the root mean square would show.
+/// computer within a plateau changes its torque by up to 2 mN m, which the root mean square would show.
 fn errors(preset: &Preset<f64>, points: &Points) -> [f64; 2] {
     let own = points[0].iter().map(|[velocity, torque]| torque - own_friction(&preset.plant, *velocity));
     let desired = preset.bench.desired;
