@@ -39,6 +39,7 @@ impl<M: Io> LockstepBench<M> {
         machine: M,
         readings: Measurement<f64>,
     ) -> Result<Self, Error> {
+        design::check_delays(model, settings)?;
         let software = Software::new(design::parameters(model, settings)?, settings.tick_time());
         Ok(LockstepBench { machine, model: *model, settings: *settings, software, readings, tap: None, external: None })
     }

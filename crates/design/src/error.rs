@@ -71,6 +71,21 @@ pub enum DesignError {
         /// The largest rendered inertia [kg m²].
         feasible: f64,
     },
+    /// A controller whose loop is unstable with the delays of the drives.
+    #[error(
+        "the position loop of the {controller} controller is unstable: with {late} it oscillates at {frequency:.0} rad/s \
+         with growing amplitude. {remedy}"
+    )]
+    LateLoop {
+        /// Kind of the controller.
+        controller: &'static str,
+        /// The delays, with their parameters.
+        late: String,
+        /// Frequency of the oscillation [rad/s].
+        frequency: f64,
+        /// The remedy.
+        remedy: String,
+    },
     /// A rendering law that would chatter.
     #[error(
         "the chatter of the load motor would {}, limit {limit} N m; main cause: {cause}. {}",

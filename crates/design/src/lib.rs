@@ -58,7 +58,8 @@ pub use margin::{
 pub use matrices::linear_controller;
 pub use placement::{ObserverForm, observer_gain, place_poles};
 pub use position_loop::{
-    CORNER_LIMIT, CORNERS, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, Tuned, corners, tune,
+    CORNER_LIMIT, CORNERS, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, Tuned, check_delays,
+    corners, tune,
 };
 pub use predictive::predictive;
 pub use region::{Band, Bound, CAUTION, FASTEST, Feasible, Limit, Passage, Region, Shortage, Verdict, fastest};

@@ -84,10 +84,13 @@ impl Live {
         let preset = *tuning.preset();
         let loaded = start.loaded.clone().map(|file| OpenFile::open(file, start.project.join("loaded"))).transpose()?;
         let (loaded, external) = loaded.unzip();
+        if let Some(external) = &external {
+            tuning.bring(Loaded::new(external, &preset.bench))?;
+        }
+        tuning.check_loop()?;
         let writer = start.record(&preset, loaded.as_ref())?;
         let (mut bench, stream) = start.connect(&preset)?;
         if let Some(external) = external {
-            tuning.bring(Loaded::new(&external, &preset.bench))?;
             bench.seat(external, &preset.bench)?;
         }
         let sets = start.project.join("sets");

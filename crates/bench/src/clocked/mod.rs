@@ -111,6 +111,7 @@ impl ClockedBench {
         thread_settings: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
+        design::check_delays(&preset.model, &preset.bench)?;
         let (machine, readings) = InProcess::new(preset, seed)?;
         Self::over(preset, machine, readings, thread_settings, tap)
     }

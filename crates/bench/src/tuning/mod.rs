@@ -159,6 +159,14 @@ impl Tuning {
         &self.active().law
     }
 
+    /// Refuses an active controller that is unstable with the delays of the drives, unless it is loaded.
+    ///
+    /// # Errors
+    /// As [`check_delays`](design::check_delays).
+    pub fn check_loop(&self) -> Result<(), Error> {
+        self.active().check_loop()
+    }
+
     /// Checks that the active set can be rendered. Returns the margin against chatter for a built-in law.
     ///
     /// # Errors
@@ -329,6 +337,8 @@ impl Tuning {
             }
         };
         set.law = law;
+        // Permitted from an unstable loop, so that a way back exists.
+        set.check_loop().or_else(|refusal| before.check_loop().map_or(Ok(()), |()| Err(refusal)))?;
         Ok(Proposal { differences, margin, loaded, set, place })
     }
 }
@@ -350,6 +360,14 @@ impl Set {
     /// Role of the loaded file if it is in the loop.
     fn acting(&self) -> Option<Role> {
         self.chosen.as_ref().and_then(Chosen::acting)
+    }
+
+    /// Refuses a controller that is unstable with the delays of the drives. A loaded controller cannot be checked.
+    fn check_loop(&self) -> Result<(), Error> {
+        if self.acting() == Some(Role::Controller) {
+            return Ok(());
+        }
+        design::check_delays(&self.preset.model, &self.preset.bench)
     }
 }
 

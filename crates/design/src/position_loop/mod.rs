@@ -4,6 +4,7 @@
 //! bench and with the controller's sample of delay. A controller is analysed with a sliding and with a stuck load,
 //! where the bristles change the axis: a loop tuned for one alone may hunt in the other.
 
+mod delays;
 mod price;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ use stickslip_core::control::reference::Setpoint;
 use stickslip_core::control::{AxisControl, AxisControlInput, AxisControlState, PositionController};
 
 use super::drive_observer::CONVERTER_NOISE;
+pub use delays::check_delays;
 pub use tune::{NOISE_LIMIT, Tuned, tune};
 
 use crate::linear::{Margins, Operating, StateSpace, axis_under_control, linearise, port, size};

@@ -13,6 +13,7 @@ use stickslip_base::table::Column;
 use stickslip_base::{Error, Preset, Summary, Watch, output, parameters};
 use stickslip_bench::remote::{Address, RemoteBench};
 use stickslip_bench::{Bench, ClockedBench, VirtualBench};
+use stickslip_design::check_delays;
 
 /// Name of the calibrated preset's file, an argument of `--preset`.
 pub const CALIBRATED: &str = "calibrated.toml";
@@ -74,6 +75,7 @@ pub fn calibrate_in_real_time(
 
 fn calibrated(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
     calibratable(bench.model())?;
+    check_delays(bench.model(), bench.settings())?;
     home(bench, watch)?;
     calibrate(plan, bench, watch)
 }

@@ -191,6 +191,7 @@ impl Former {
         let mut parameters = self.parameters;
         if entrant.name != ACTIVE {
             let Preset { model, bench: settings, .. } = entrant.preset;
+            design::check_delays(model, settings)?;
             parameters.tick.control = design::parameters(model, settings)?.tick.control;
             parameters.tick.control_period = settings.control_period();
         }

@@ -1,12 +1,13 @@
 //! Drives that take a torque and act late, as on a fieldbus: delays are identified, and laws and loops allow for them.
 
-use stickslip::bench::VirtualBench;
+use stickslip::bench::{Bench as _, Command, VirtualBench};
 use stickslip::calibrate::{CalibrationPlan, calibrate};
 use stickslip::experiment::{PreslidingPlan, home, measure_presliding};
 use stickslip::simulation::{Simulation, simulate};
 use stickslip::workflow::calibrate::CalibrationRun;
 use stickslip::{ControllerChoice, Error, FilterChoice, LawChoice, NotchChoice, Preset, Residual, Watch, parameters};
-use stickslip_core::control::reference::{Generator, Reference, Sine};
+use stickslip_core::control::Cascade;
+use stickslip_core::control::reference::{Generator, Reference, Setpoint, Sine};
 
 /// Delays of drive motor and load motor [s].
 const LATE: [f64; 2] = [2.4e-3, 3.0e-3];
@@ -96,4 +97,44 @@ fn a_law_that_knows_the_delays_renders_better() {
     };
     let (known, unknown) = (render(LATE), render([0.0; 2]));
     assert!(known < 0.7 * unknown, "{known} N m with the delays in the model, {unknown} N m without");
+}
+
+/// Largest deviation from rest after a push of 0.05 N m for 0.1 s [rad], from 1 s after it on.
+fn remaining_deviation(bench: &mut VirtualBench) -> Result<f64, Error> {
+    home(bench, &Watch::silent())?;
+    let at = bench.step(Command::default())?.angle;
+    let setpoint = Setpoint { position: at, ..Setpoint::default() };
+    let mut largest = 0f64;
+    for tick in 0..2500 {
+        let added_torque = if tick < 100 { 0.05 } else { 0.0 };
+        let frame = bench.step(Command { setpoint, added_torque, ..Command::default() })?;
+        if tick > 1100 {
+            largest = largest.max((frame.angle - at).abs());
+        }
+    }
+    Ok(largest)
+}
+
+#[test]
+fn a_controller_that_is_unstable_with_the_delays_is_refused_and_a_slower_one_holds_the_axis() {
+    let mut preset = fieldbus("clm-bench", LATE);
+    preset.bench.filter = FilterChoice::Nothing;
+    let slow = preset.bench.controller;
+    preset.bench.controller = ControllerChoice::Cascade(Cascade::default());
+    let refused = VirtualBench::new(&preset, 1).err().expect("it is unstable").to_string();
+    assert!(
+        refused.contains("the delay of 2.4 ms of the servo amplifier") && refused.contains("velocity_gain"),
+        "{refused}"
+    );
+    // A model without the delays cannot be checked: the axis runs into a fault, or oscillates.
+    let mut unknown = preset;
+    [unknown.model.servo_delay, unknown.model.load_amplifier.delay] = [0.0; 2];
+    let ended = remaining_deviation(&mut VirtualBench::new(&unknown, 1).unwrap());
+    let count = std::f64::consts::TAU / preset.model.encoder.counts_per_revolution;
+    assert!(!matches!(ended, Ok(deviation) if deviation < 20.0 * count), "{ended:?}");
+    preset.bench.controller = slow;
+    let ControllerChoice::Cascade(cascade) = &mut preset.bench.controller else { panic!("a cascade") };
+    cascade.velocity_gain = 0.03;
+    let deviation = remaining_deviation(&mut VirtualBench::new(&preset, 1).unwrap()).unwrap();
+    assert!(deviation < 20.0 * count, "{deviation} rad");
 }

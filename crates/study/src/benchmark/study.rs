@@ -12,6 +12,7 @@ use super::{Lane, simulated_time};
 use stickslip_base::parallel::map;
 use stickslip_base::preset::{ControllerChoice, Preset};
 use stickslip_base::{Error, Watch, output, parameters};
+use stickslip_design::check_delays;
 use stickslip_simulate::fast_bench::LANES;
 use stickslip_simulate::manoeuvre::Course;
 
@@ -152,8 +153,12 @@ pub struct Outcome {
 pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Error> {
     // A file was written for its own bench: matrices for another sampling time would run with wrong results.
     for entrant in plan.entrants.iter().filter(|entrant| entrant.tuned_as().is_none()) {
-        let text = parameters::write_commented(&entrant.on(&plan.preset, None));
+        let preset = entrant.on(&plan.preset, None);
+        let text = parameters::write_commented(&preset);
         parameters::read::<Preset<f64>>(&text, &format!("{} on {}", entrant.name, plan.machine))?;
+        if entrant.stated().is_some() {
+            check_delays(&preset.model, &preset.bench)?;
+        }
     }
     output::create_folder(folder)?;
     // All frictions share machine and bristles; the controllers are tuned for the nominal friction.

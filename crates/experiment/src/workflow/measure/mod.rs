@@ -20,6 +20,7 @@ use stickslip_base::table::Column;
 use stickslip_base::{Error, Preset, Summary, Watch, parameters};
 use stickslip_bench::tap::Tap;
 use stickslip_bench::{Bench, ClockedBench, TimingReport, VirtualBench};
+use stickslip_design::check_delays;
 
 /// Column of a data table: preload of the friction wheel.
 pub(super) const PRELOAD: &str = "preload";
@@ -150,6 +151,7 @@ pub fn measure_on<P: Plan>(
     preload: Option<f64>,
     watch: &Watch,
 ) -> Result<Measurement<P>, Error> {
+    check_delays(bench.model(), bench.settings())?;
     home(bench, watch)?;
     if let Some(preload) = preload {
         bench.set_preload(preload)?;
