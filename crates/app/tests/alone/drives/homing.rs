@@ -3,7 +3,7 @@
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::{Bench, PROMPT, Plant, in_namespace, program, text};
+use super::{Bench, PROMPT, Plant, SETTINGS, STALLS, in_namespace, program, text};
 
 #[test]
 fn the_program_homes_two_servo_drives_in_another_process() {
@@ -32,6 +32,7 @@ fn the_program_homes_two_servo_drives_in_another_process() {
             homed
         });
         assert!(homed, "five attempts");
+        assert!((0..5).any(|_| is_measured(&folder)), "five attempts");
         let is_operational = |line: String| line.matches("OP").count() >= 3 && !line.contains("SAFE");
         assert!(plant.lines.try_iter().any(is_operational), "the drives have been in OP");
     });
@@ -49,6 +50,26 @@ fn home(folder: TempDir) -> (bool, TempDir) {
     let (summary, folder) = bench.end();
     check_summary(&summary);
     (homed.status.success() && off.status.success(), folder)
+}
+
+/// Measures without a served bench; the folder has the description of the drives. Returns false after a stall.
+fn is_measured(folder: &TempDir) -> bool {
+    let [drives, out] = ["drives.toml", "measured"].map(|name| folder.path().join(name).display().to_string());
+    let io = format!("ethercat:ec1,{drives}");
+    let plan = [("plan.slowest", "20"), ("plan.speeds", "2")];
+    let settings = SETTINGS.iter().chain(&PROMPT).chain(&plan).map(|(path, value)| format!("{path}={value}"));
+    let settings: Vec<String> = settings.flat_map(|setting| ["--set".into(), setting]).collect();
+    let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+    let output = program(&[&["measure", "friction", "--io", &io, "--out", &out][..], &settings].concat());
+    let message = text(&output);
+    if output.status.success() {
+        for part in ["50.00 rad/s", "frame from sending to receiving"] {
+            assert!(message.contains(part), "{message}");
+        }
+    } else {
+        assert!(STALLS.iter().any(|stall| message.contains(stall)), "{message}");
+    }
+    output.status.success()
 }
 
 /// Checks the segment in the summary.
