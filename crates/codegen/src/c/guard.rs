@@ -1,10 +1,14 @@
 //! The guarded step: neither outputs nor state become NaN or infinite.
 
-use super::interface::assign;
+use super::interface::set;
 use super::prose::comment;
-use super::text::{literal, path, wrap};
+use super::text::{identifier, literal, path, wrap};
+use super::types::Types;
 use crate::record::{Real, Step};
 use crate::tree::Tree;
+
+/// Numbers that a step does not change are copied with the others of their struct up to this count: one statement less.
+const COPIED_ALONG: usize = 8;
 
 /// The return type of [`body`]; its cases are those of `stickslip_core::block::Status`.
 pub(super) fn status(name: &str) -> String {
@@ -27,8 +31,49 @@ pub(super) fn constants(name: &str) -> [String; 3] {
     ["OK", "INPUT_NOT_FINITE", "NOT_COMPUTED"].map(|case| format!("{}_{case}", name.to_uppercase()))
 }
 
+/// The parts of the state that a step may change: path and tree of each.
+fn changed<'a>(step: &'a Step, types: &Types) -> Vec<(String, &'a Tree)> {
+    let mut parts: Vec<(String, &Tree)> = Vec::new();
+    let mut next = 0;
+    for (path, first, tree) in step.state.parts() {
+        let numbers = first..first + tree.numbers();
+        let unchanged = numbers.clone().filter(|number| step.keeps(*number)).count();
+        let is_value = matches!(tree, Tree::Number) || types.name(tree).is_some();
+        // The parts of a tree follow it.
+        if first >= next && unchanged < numbers.len() && is_value && unchanged <= COPIED_ALONG {
+            next = numbers.end;
+            parts.push((path, tree));
+        }
+    }
+    parts
+}
+
+/// The statements that copy these parts of the state, and those that restore them.
+fn copies(real: Real, parts: &[(String, &Tree)], types: &Types) -> [String; 2] {
+    let [mut copy, mut restore] = [String::new(), String::new()];
+    for (number, (place, tree)) in parts.iter().enumerate() {
+        let flat = |place: &str| place.replace(['.', '['], "_").replace(']', "");
+        let taken = parts[..number].iter().any(|(other, _)| flat(other) == flat(place));
+        let suffix = if taken { format!("_{number}") } else { String::new() };
+        let (local, source) = if place.is_empty() {
+            ("before".into(), "*s".into())
+        } else {
+            (identifier(&format!("before_{}{suffix}", flat(place))), format!("s->{}", path(place)))
+        };
+        let type_name = types.name(tree).unwrap_or(real.c_name);
+        copy += &if matches!(tree, Tree::Number) {
+            wrap("    ", &format!("const {type_name} {local} = {source};"))
+        } else {
+            // cppcheck takes the initialiser of a struct with a list for that of the list.
+            format!("    {type_name} {local};\n{}", wrap("    ", &format!("{local} = {source};")))
+        };
+        restore += &wrap("        ", &format!("{source} = {local};"));
+    }
+    [copy, restore]
+}
+
 /// The statements of `NAME_step`.
-pub(super) fn body(real: Real, name: &str, step: &Step) -> String {
+pub(super) fn body(real: Real, name: &str, step: &Step, types: &Types) -> String {
     let [ok, input_not_finite, not_computed] = constants(name);
     let (state, output) = (step.state.numbers() > 0, step.output.numbers() > 0);
     let arguments = [
@@ -39,14 +84,8 @@ pub(super) fn body(real: Real, name: &str, step: &Step) -> String {
         ("out", output),
     ];
     let arguments: Vec<&str> = arguments.into_iter().filter(|a| a.1).map(|a| a.0).collect();
-    let mut out = String::new();
-    if state {
-        out += &format!("    {name}_state before;\n");
-    }
-    out += &format!("    {name}_status status;\n\n");
-    if state {
-        out += "    before = *s;\n";
-    }
+    let [copy, restore] = copies(real, &changed(step, types), types);
+    let mut out = format!("{copy}    {name}_status status;\n\n");
     out += &format!("    {name}_raw_step({});\n", arguments.join(", "));
     let computed = [
         vec!["isfinite(dt)".into(), format!("(dt > {})", literal(real, 0.0))],
@@ -57,11 +96,9 @@ pub(super) fn body(real: Real, name: &str, step: &Step) -> String {
     // No separate truth value: clang would load the numbers as vectors right after they were stored one by one, and
     // stall.
     out += &wrap("    ", &format!("if (!({})) {{", computed.concat().join(" && ")));
-    if state {
-        out += "        *s = before;\n";
-    }
+    out += &restore;
     let zeros = vec![0.0; step.output.numbers()];
-    for line in assign(real, "out", &step.output, &zeros).lines() {
+    for line in set(real, name, "out", &step.output, &zeros).lines() {
         out += &format!("    {line}\n");
     }
     out += &format!("        status = {not_computed};\n");

@@ -1,5 +1,7 @@
 //! The interface of a block: the structs, and the functions on them.
 
+use std::ops::Range;
+
 use super::kernel::Needs;
 use super::{Printer, check, guard, prose, structs, text};
 use crate::record::Real;
@@ -52,7 +54,7 @@ impl Printer<'_> {
             add(
                 "Sets the parameters to their values at code generation.",
                 format!("void {name}_parameters_init({name}_parameters *p)"),
-                (assign(real, "p", &self.top.parameters, &self.program.parameters), Needs::default()),
+                (set(real, name, "p", &self.top.parameters, &self.program.parameters), Needs::default()),
             );
             add(
                 "Returns NULL, or the first fault of the parameters.",
@@ -64,7 +66,7 @@ impl Printer<'_> {
             add(
                 "Sets the state to its initial value.",
                 format!("void {name}_init({name}_state *s)"),
-                (assign(real, "s", &self.top.state, &self.program.start), Needs::default()),
+                (set(real, name, "s", &self.top.state, &self.program.start), Needs::default()),
             );
         }
         add(
@@ -74,7 +76,7 @@ impl Printer<'_> {
                 self.top.help
             ),
             self.head(real, self.top, &format!("{name}_status {name}_step")),
-            (guard::body(real, name, self.top), Needs::default()),
+            (guard::body(real, name, self.top, &self.types), Needs::default()),
         );
         out
     }
@@ -95,10 +97,26 @@ const WIDTH: usize = 120;
 /// Fewest equal elements of a list that are set in a loop.
 const LOOP: usize = 3;
 
-/// Statements that set each number of a struct; equal elements of a list are set in a loop.
-pub(super) fn assign(real: Real, base: &str, tree: &Tree, values: &[f64]) -> String {
-    let (paths, mut out, mut at) = (tree.paths(), String::new(), 0);
+/// Most zeros that are set one by one.
+const ZEROS: usize = 3;
+
+/// Statements that set a struct of the block `name`, by its pointer: each number, equal elements of a list in a loop.
+/// State and outputs are set to 0 as a whole first, if many of their numbers are; parameters are all visible.
+pub(super) fn set(real: Real, name: &str, pointer: &str, tree: &Tree, values: &[f64]) -> String {
+    let is_zero = |value: f64| value.to_bits() == 0;
+    let kind = match pointer {
+        "p" => "parameters",
+        "s" => "state",
+        _ => "output",
+    };
+    let at_once = kind != "parameters" && values.iter().filter(|value| is_zero(**value)).count() > ZEROS;
+    let mut out = if at_once { format!("    *{pointer} = ({name}_{kind}){{ 0 }};\n") } else { String::new() };
+    let (paths, mut at) = (tree.paths(), 0);
     while at < paths.len() {
+        if at_once && is_zero(values[at]) {
+            at += 1;
+            continue;
+        }
         let value = text::literal(real, values[at]);
         let equal = |place: &usize| values[*place].to_bits() == values[at].to_bits();
         let count = element(&paths[at]).map_or(1, |(list, first)| {
@@ -107,23 +125,27 @@ pub(super) fn assign(real: Real, base: &str, tree: &Tree, values: &[f64]) -> Str
         });
         match element(&paths[at]) {
             Some((list, first)) if count >= LOOP => {
-                let (list, end) = (text::path(list), first + count);
-                let head = format!("    for (int k = {first}; k < {end}; k++) {{");
-                let body = format!("{base}->{list}[k] = {value};");
-                out += &if head.len() + body.len() < WIDTH - 3 {
-                    format!("{head} {body} }}\n")
-                } else {
-                    format!("{head}\n        {body}\n    }}\n")
-                };
+                out += &for_each(&format!("{pointer}->{}", text::path(list)), first..first + count, &value);
                 at += count;
             }
             _ => {
-                out += &format!("    {base}->{} = {value};\n", text::path(&paths[at]));
+                out += &format!("    {pointer}->{} = {value};\n", text::path(&paths[at]));
                 at += 1;
             }
         }
     }
     out
+}
+
+/// The loop that sets these elements of a list.
+fn for_each(list: &str, elements: Range<usize>, value: &str) -> String {
+    let head = format!("    for (int k = {}; k < {}; k++) {{", elements.start, elements.end);
+    let body = format!("{list}[k] = {value};");
+    if head.len() + body.len() < WIDTH - 3 {
+        format!("{head} {body} }}\n")
+    } else {
+        format!("{head}\n        {body}\n    }}\n")
+    }
 }
 
 /// List and index of an element.
