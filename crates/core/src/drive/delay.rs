@@ -50,13 +50,14 @@ impl<T: Scalar> Delay<T> {
     /// The command that acts in this sample, for the newest one, which is stored.
     #[inline(always)]
     pub fn next(&self, past: &mut [T; LONGEST_DELAY], command: T) -> T {
+        if self.samples.1 == 0 {
+            return command;
+        }
         let acting = self.ahead(past, command, 0);
         for age in (1..self.samples.1.min(LONGEST_DELAY)).rev() {
             past[age] = past[age - 1];
         }
-        if self.samples.1 > 0 {
-            past[0] = command;
-        }
+        past[0] = command;
         acting
     }
 

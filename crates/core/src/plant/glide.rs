@@ -96,30 +96,29 @@ impl<T: Scalar> Glide<T> {
         let steady = self.is_steady(&short.parts, &state.machine, held.0);
         let glides = long > 0 && steady.anywhere();
         let creeps = !glides || (!steady).anywhere();
-        // Lanes may differ: then both are computed.
-        let mut glided = glides.then_some(*state);
-        let (mut seen, mut seen_gliding) = (Seen::default(), Seen::default());
+        // Where lanes differ, both are computed, from the same state.
+        let before = (glides && creeps).then_some(*state);
+        let (mut seen, mut glided) = (Seen::default(), None);
         let pieces = [
-            (true, &self.parts, long, Some(self.ramp)),
-            (true, &short.parts, rest, None),
-            (false, &short.parts, if creeps { steps } else { 0 }, None),
+            (&self.parts, if glides { long } else { 0 }, Some(self.ramp)),
+            (&short.parts, if glides { rest } else { 0 }, None),
+            (&short.parts, if creeps { steps } else { 0 }, None),
         ];
-        // One loop over all pieces: the code of a step is long.
-        for (gliding, parts, count, ramp) in pieces {
-            let (state, seen) = match (gliding, &mut glided) {
-                (true, Some(glided)) => (glided, &mut seen_gliding),
-                (true, None) => continue,
-                (false, _) => (&mut *state, &mut seen),
-            };
+        // One loop over all pieces, and one place of the state: the code of a step is long.
+        for (number, (parts, count, ramp)) in pieces.into_iter().enumerate() {
+            if let (Some(before), 2) = (before, number) {
+                glided = Some((*state, seen));
+                *state = before;
+            }
             if count > 0 {
                 let dt = if ramp.is_some() { dt * T::of(self.steps as f64) } else { dt };
-                *seen = parts.go(count, ramp, state, held, dt);
+                seen = parts.go(count, ramp, state, held, dt);
             }
         }
-        if let Some(glided) = glided {
-            let mut select = |short, long| if creeps { steady.select(long, short) } else { long };
+        if let Some((moved, seen_gliding)) = glided {
+            let mut select = |short, long| steady.select(long, short);
             seen = (seen.0.merge(&seen_gliding.0, &mut select), seen.1.merge(&seen_gliding.1, &mut select));
-            *state = state.merge(&glided, &mut select);
+            *state = state.merge(&moved, &mut select);
         }
         short.readings(state, seen, input, dt)
     }

@@ -311,14 +311,18 @@ impl<T: Scalar> Tick<T> {
                 measured_angle: angle,
                 measured_velocity: motor_velocity,
             };
-            let mut next = state.control;
-            let output = self.control.run(&mut next, input, self.control_period);
             let on = order.control.gt(half);
-            let following = self.control.take_over(T::of(0.0), input, &state.control, None);
-            let next = next.merge(&following, &mut |on_value, off_value| on.select(on_value, off_value));
-            let torque = on.select(output.torque, T::of(0.0));
-            state.control = next.merge(&state.control, &mut |new, old| due.select(new, old));
-            state.computed_torque = due.select(torque, state.computed_torque);
+            let (all_due, all_on) = (!(!due).anywhere(), !(!on).anywhere());
+            // The state is large: it is copied only where a lane needs its present values.
+            let before = (!(all_due && all_on)).then_some(state.control);
+            let mut torque = self.control.run(&mut state.control, input, self.control_period).torque;
+            if let Some(before) = before {
+                let following = self.control.take_over(T::of(0.0), input, &before, None);
+                let next = state.control.merge(&following, &mut |on_value, off_value| on.select(on_value, off_value));
+                state.control = next.merge(&before, &mut |new, old| due.select(new, old));
+                torque = due.select(on.select(torque, T::of(0.0)), state.computed_torque);
+            }
+            state.computed_torque = torque;
         }
         let release = order.control_release.gt(half);
         state.commanded_torque = release.select(state.computed_torque, state.commanded_torque);
