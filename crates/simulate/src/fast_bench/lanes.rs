@@ -23,7 +23,7 @@ pub trait LaneNumber: Scalar {
         bench: &VirtualBench<Self>,
         steps: (usize, &Glide<Self>),
         state: &mut BenchState<Self>,
-        input: BenchInput<Self>,
+        input: &BenchInput<Self>,
         dt: Self,
     ) -> TickOutput<Self>;
 }
@@ -41,10 +41,10 @@ impl LaneNumber for f64 {
         bench: &VirtualBench<f64>,
         steps: (usize, &Glide<f64>),
         state: &mut BenchState<f64>,
-        input: BenchInput<f64>,
+        input: &BenchInput<f64>,
         dt: f64,
     ) -> TickOutput<f64> {
-        stickslip_wide::tick_alone(bench, steps, state, &input, dt)
+        stickslip_wide::tick_alone(bench, steps, state, input, dt)
     }
 }
 
@@ -62,10 +62,10 @@ impl LaneNumber for Wide {
         bench: &VirtualBench<Self>,
         steps: (usize, &Glide<Self>),
         state: &mut BenchState<Self>,
-        input: BenchInput<Self>,
+        input: &BenchInput<Self>,
         dt: Self,
     ) -> TickOutput<Self> {
-        stickslip_wide::tick(bench, steps, state, &input, dt)
+        stickslip_wide::tick(bench, steps, state, input, dt)
     }
 }
 

@@ -71,13 +71,12 @@ impl FastBench {
 impl<T: LaneNumber> FastBench<T> {
     /// The next tick under an order, with its own schedule.
     pub fn tick(&mut self, order: Order<T>) -> TickOutput<T> {
-        self.tick_with(order, self.noise())
+        self.tick_with(&mut BenchInput { order, external_torque: T::of(0.0), noise: self.noise() })
     }
 
-    /// The same with the noise of the tick, as [`Normals::of_tick`] gives it.
-    pub(crate) fn tick_with(&mut self, mut order: Order<T>, noise: Noise<T>) -> TickOutput<T> {
-        order.schedule(self.cycle, self.divider);
-        let input = BenchInput { order, external_torque: T::of(0.0), noise };
+    /// The same with all inputs of the tick, and the noise as [`Normals::of_tick`] gives it; sets the schedule in them.
+    pub(crate) fn tick_with(&mut self, input: &mut BenchInput<T>) -> TickOutput<T> {
+        input.order.schedule(self.cycle, self.divider);
         let steps = self.ticks.steps(&self.normals[0], self.cycle);
         self.cycle += 1;
         T::tick(&self.bench, (steps, &self.glide), &mut self.state, input, T::of(self.dt))

@@ -1,14 +1,15 @@
 //! A manoeuvre on one machine, or on several side by side.
 
 use stickslip_core::control::reference::{Reference, Setpoint};
-use stickslip_core::tick::{Order, Tick};
+use stickslip_core::tick::{BenchInput, Order, Tick};
 
 use super::inputs::{Inputs, Path};
 use super::{Course, Manoeuvre};
 use crate::fast_bench::{FastBench, LANES, LaneNumber, vectors};
 use crate::simulation::{DelayedTorque, Sample, sample};
-use stickslip_base::preset::Preset;
+use stickslip_base::preset::{Preset, Settings};
 use stickslip_base::{Error, Watch};
+use stickslip_core::scalar::Mask as _;
 use stickslip_design::software;
 
 /// Time at rest before the manoeuvre [s].
@@ -137,50 +138,76 @@ fn follow<T: LaneNumber>(
     mut torque: Option<Torque<'_, T>>,
     watch: &Watch,
 ) -> Result<Vec<Option<Course>>, Error> {
-    let start = |run: &Run<'_>| Some(Course { period: run.preset.bench.control_period(), ..Course::default() });
+    let start = |run: &Run<'_>| {
+        let [deviation, velocity, torque] =
+            [(); 3].map(|()| Vec::with_capacity(((run.cycles - run.rest) / run.divider + 1) as usize));
+        Some(Course { period: run.preset.bench.control_period(), deviation, velocity, torque })
+    };
     let mut courses: Vec<Option<Course>> = runs.iter().map(start).collect();
     let mut inputs = Inputs::of(&runs.iter().map(Run::path).collect::<Vec<_>>(), &bench);
-    let mut order = Order { control: T::of(f64::from(u8::from(torque.is_none()))), ..Order::default() };
+    let order = Order { control: T::of(f64::from(u8::from(torque.is_none()))), ..Order::default() };
+    let mut input = BenchInput { order, ..BenchInput::default() };
+    // The limits of all lanes: one comparison in a tick.
+    let limits = |of: fn(&Settings<f64>) -> f64| {
+        let lanes = runs.iter().map(|run| of(&run.preset.bench)).enumerate();
+        lanes.fold(T::of(f64::INFINITY), |all, (lane, limit)| all.with_lane(lane, limit))
+    };
+    let (largest_deviation, largest_velocity) = (limits(|it| it.safety.following_error), limits(|it| it.safety.speed));
     for cycle in 0..runs.iter().map(|run| run.cycles).max().unwrap_or(0) {
         if cycle % 8192 == 0 {
             watch.check()?;
         }
         // Before the tick: the true state for its set-point.
         let (angle, velocity) = (bench.true_state().plant.machine.angle, bench.true_state().plant.machine.velocity);
-        let (setpoint, noise) = inputs.next(cycle, &bench);
-        order.reference = setpoint;
-        let mut any = false;
-        for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
-            let Some(moving) = course.as_mut().filter(|_| cycle < run.cycles) else { continue };
-            let (deviation, velocity) = (order.reference.position.lane(lane) - angle.lane(lane), velocity.lane(lane));
-            if !run.is_within_limits(deviation, velocity) {
-                *course = None;
-                continue;
-            }
-            any = true;
-            if run.begins_sample(cycle) {
-                moving.deviation.push(deviation);
-                moving.velocity.push(velocity);
-            }
-        }
-        if !any {
+        (input.order.reference, input.noise) = inputs.next(cycle, &bench);
+        let deviation = input.order.reference.position - angle;
+        let within = deviation.abs().le(largest_deviation) & velocity.abs().le(largest_velocity);
+        let is_sampled = runs.iter().any(|run| run.begins_sample(cycle));
+        if (is_sampled || (!within).anywhere()) && !record(runs, &mut courses, cycle, deviation, velocity) {
             break;
         }
         if let Some(torque) = &mut torque {
-            match torque(&bench, cycle, order.reference) {
-                Some(torque) => order.added_torque = torque,
+            match torque(&bench, cycle, input.order.reference) {
+                Some(torque) => input.order.added_torque = torque,
                 None => return Ok(vec![None; courses.len()]),
             }
         }
-        bench.tick_with(order, noise);
-        let commanded = bench.true_state().tick.commanded_torque + order.added_torque;
-        for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
-            if let Some(course) = course.as_mut().filter(|_| cycle < run.cycles && run.begins_sample(cycle)) {
-                course.torque.push(commanded.lane(lane));
+        bench.tick_with(&mut input);
+        if is_sampled {
+            let commanded = bench.true_state().tick.commanded_torque + input.order.added_torque;
+            for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
+                if let Some(course) = course.as_mut().filter(|_| cycle < run.cycles && run.begins_sample(cycle)) {
+                    course.torque.push(commanded.lane(lane));
+                }
             }
         }
     }
     Ok(courses)
+}
+
+/// Records the motion of each run where its sample begins, and ends the runs outside their limits; whether any goes on.
+fn record<T: LaneNumber>(
+    runs: &[Run<'_>],
+    courses: &mut [Option<Course>],
+    cycle: u64,
+    deviation: T,
+    velocity: T,
+) -> bool {
+    let mut any = false;
+    for (lane, (run, course)) in runs.iter().zip(courses).enumerate() {
+        let Some(moving) = course.as_mut().filter(|_| cycle < run.cycles) else { continue };
+        let (deviation, velocity) = (deviation.lane(lane), velocity.lane(lane));
+        if !run.is_within_limits(deviation, velocity) {
+            *course = None;
+            continue;
+        }
+        any = true;
+        if run.begins_sample(cycle) {
+            moving.deviation.push(deviation);
+            moving.velocity.push(velocity);
+        }
+    }
+    any
 }
 
 #[cfg(test)]
