@@ -72,18 +72,22 @@ impl Fault {
                 ("encoder-frozen", Concern::Sensors, "Check the encoder's cable, and whether the axis is blocked.")
             }
             Fault::EncoderJumped { .. } => ("encoder-jumped", Concern::Sensors, "Check the counter's range."),
-            Fault::SensorsApart { .. } => {
-                ("sensors-differ", Concern::Sensors, "Check cables, the tacho's constant and the encoder's lines.")
-            }
+            Fault::SensorsApart { .. } => (
+                "sensors-differ",
+                Concern::Sensors,
+                "Check cables, the tacho's constant and the encoder's lines. If the axis vibrates, reduce the controller's gains.",
+            ),
             Fault::CountsLost { .. } => (
                 "counts-lost",
                 Concern::Sensors,
                 "The counter loses counts: check the encoder's cable and its highest frequency.",
             ),
             Fault::IndexMissing { .. } => ("index-missing", Concern::Sensors, "Check the encoder's index wire."),
-            Fault::Accelerometer { .. } => {
-                ("accelerometer", Concern::Sensors, "Check the accelerometer's supply and its mounting.")
-            }
+            Fault::Accelerometer { .. } => (
+                "accelerometer",
+                Concern::Sensors,
+                "Check the accelerometer's supply and its mounting. If the axis vibrates, reduce the controller's gains.",
+            ),
             Fault::LoadCurrent { .. } => {
                 ("load-current", Concern::Motors, "Check the sign of the current sensor, and the amplifier.")
             }
@@ -101,7 +105,8 @@ impl Fault {
             Fault::Overheated { .. } => (
                 "drive-overheated",
                 Concern::Controller,
-                "Let the motor cool, and reduce the accelerations or the preload of the friction wheel.",
+                "Let the motor cool, and reduce the accelerations or the preload of the friction wheel. If the axis vibrates, \
+                 reduce the controller's gains.",
             ),
             Fault::TicksMissed { .. } => {
                 ("ticks-missed", Concern::Timing, "Close other programs, and run `stickslip doctor`.")
