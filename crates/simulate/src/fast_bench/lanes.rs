@@ -72,7 +72,7 @@ impl LaneNumber for Wide {
 impl FastBench {
     /// Machines in lanes, each [`beside`](FastBench::beside) the first; unused lanes repeat the last. `None` without a
     /// machine, or with more machines than lanes.
-    pub fn in_lanes(machines: &[FastBench]) -> Option<FastBench<Wide>> {
+    pub fn in_lanes(machines: &[&FastBench]) -> Option<FastBench<Wide>> {
         let (first, last) = (machines.first()?, machines.last()?);
         if machines.len() > LANES {
             return None;
@@ -95,9 +95,9 @@ impl FastBench {
         let schedule = |it: &FastBench| (it.ticks, it.dt.to_bits(), it.divider, it.cycle);
         schedule(self) == schedule(other)
             && (self.ticks.are_equal() || self.normals == other.normals)
-            && contents(self.bench).configuration == contents(other.bench).configuration
-            && contents(self.glide).configuration == contents(other.glide).configuration
-            && contents(self.state).configuration == contents(other.state).configuration
+            && configuration(self.bench) == configuration(other.bench)
+            && configuration(self.glide) == configuration(other.glide)
+            && configuration(self.state) == configuration(other.state)
     }
 }
 
@@ -124,50 +124,54 @@ pub fn vectors(machines: &[&FastBench], most: usize) -> Vec<Vec<usize>> {
 /// One struct of many: number by number, one machine for each lane.
 fn gather<P: Fields<f64>>(lane: impl Fn(usize) -> P) -> P::With<Wide> {
     let mut all = lane(0).map(&mut Wide::of);
+    let mut numbers = Numbers(Vec::new());
     for index in 1..LANES {
-        let numbers = contents(lane(index)).numbers;
-        all.contents(&mut Put { numbers: numbers.into_iter(), lane: index });
+        numbers.0.clear();
+        lane(index).contents(&mut numbers);
+        all.contents(&mut Put { numbers: numbers.0.iter(), lane: index });
     }
     all
 }
 
 /// Numbers into one lane, in the order of declaration.
-struct Put {
-    numbers: std::vec::IntoIter<f64>,
+struct Put<'a> {
+    numbers: std::slice::Iter<'a, f64>,
     lane: usize,
 }
 
-impl Walk<Wide> for Put {
+impl Walk<Wide> for Put<'_> {
     fn number(&mut self, _: &'static Field, value: &mut Wide) {
-        value.0[self.lane] = self.numbers.next().expect("a struct has the same numbers over any number type");
+        value.0[self.lane] = *self.numbers.next().expect("a struct has the same numbers over any number type");
     }
 }
 
-/// Contents of a struct, in the order of declaration.
-#[derive(Default)]
-struct Contents {
-    numbers: Vec<f64>,
-    /// Choices and fixed counts, which lanes share.
-    configuration: Vec<usize>,
-}
+/// The numbers of a struct, in the order of declaration.
+struct Numbers(Vec<f64>);
 
-impl Walk<f64> for Contents {
+impl Walk<f64> for Numbers {
     fn number(&mut self, _: &'static Field, value: &mut f64) {
-        self.numbers.push(*value);
+        self.0.push(*value);
     }
+}
+
+/// Choices and fixed counts of a struct, which lanes share, in the order of declaration.
+struct Configuration(Vec<usize>);
+
+impl Walk<f64> for Configuration {
+    fn number(&mut self, _: &'static Field, _: &mut f64) {}
 
     fn choice(&mut self, _: &'static str, _: &'static [Variant], current: usize) -> usize {
-        self.configuration.push(current);
+        self.0.push(current);
         current
     }
 
     fn fixed(&mut self, count: &mut usize) {
-        self.configuration.push(*count);
+        self.0.push(*count);
     }
 }
 
-fn contents(mut of: impl Fields<f64>) -> Contents {
-    let mut contents = Contents::default();
-    of.contents(&mut contents);
-    contents
+fn configuration(mut of: impl Fields<f64>) -> Vec<usize> {
+    let mut configuration = Configuration(Vec::new());
+    of.contents(&mut configuration);
+    configuration.0
 }

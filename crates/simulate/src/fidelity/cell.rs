@@ -96,10 +96,10 @@ impl Runs {
         // No idle threads with few runs.
         let vectors = vectors(&benches, runs.len().div_ceil(threads.max(1)));
         let simulate = |vector: &Vec<usize>| {
-            let benches: Vec<FastBench> = vector.iter().map(|&run| benches[run].clone()).collect();
+            let benches: Vec<&FastBench> = vector.iter().map(|&run| benches[run]).collect();
             let beside: Vec<&Run> = vector.iter().map(|&run| &runs[run].1.1).collect();
             let traces = match &benches[..] {
-                [alone] => follow(alone.clone(), &beside),
+                [alone] => follow((*alone).clone(), &beside),
                 _ => FastBench::in_lanes(&benches).map_or(Vec::new(), |wide| follow(wide, &beside)),
             };
             vector.iter().try_for_each(|_| done())?;

@@ -48,7 +48,7 @@ pub fn run_with(
         let read = || controller(&sample(&tick, bench, cycle as f64 * dt, reference)).ok_or(());
         brought.torque(cycle, divider, read).ok()
     };
-    Ok(follow(bench, &[run], Some(&mut torque), watch)?.pop().flatten())
+    Ok(follow(bench, &[&run], Some(&mut torque), watch)?.pop().flatten())
 }
 
 /// Runs side by side, each with the same numbers as alone: `None` where the supervision of a bench would stop it. A
@@ -68,10 +68,10 @@ pub fn run_in_lanes(lanes: &[Lane<'_>], watch: &Watch) -> Result<Vec<Result<Opti
     }
     let benches: Vec<&FastBench> = started.iter().map(|(bench, _)| bench).collect();
     for vector in vectors(&benches, LANES) {
-        let benches: Vec<FastBench> = vector.iter().map(|&index| started[index].0.clone()).collect();
-        let runs: Vec<Run<'_>> = vector.iter().map(|&index| started[index].1.clone()).collect();
+        let (benches, runs): (Vec<&FastBench>, Vec<&Run<'_>>) =
+            vector.iter().map(|&index| (&started[index].0, &started[index].1)).unzip();
         let courses = match &benches[..] {
-            [alone] => follow(alone.clone(), &runs, None, watch)?,
+            [alone] => follow((*alone).clone(), &runs, None, watch)?,
             _ => FastBench::in_lanes(&benches).map_or(Ok(Vec::new()), |wide| follow(wide, &runs, None, watch))?,
         };
         for (index, course) in vector.into_iter().zip(courses) {
@@ -87,7 +87,6 @@ pub fn simulated_time(manoeuvre: Manoeuvre, preset: &Preset<f64>, chance: f64) -
 }
 
 /// Machine, set-points and limits of a run.
-#[derive(Clone)]
 struct Run<'a> {
     preset: &'a Preset<f64>,
     tick: Tick<f64>,
@@ -134,17 +133,17 @@ type Torque<'a, T> = &'a mut dyn FnMut(&FastBench<T>, u64, Setpoint<T>) -> Optio
 /// Lets each lane follow its set-points to the end, or until it leaves its limits.
 fn follow<T: LaneNumber>(
     mut bench: FastBench<T>,
-    runs: &[Run<'_>],
+    runs: &[&Run<'_>],
     mut torque: Option<Torque<'_, T>>,
     watch: &Watch,
 ) -> Result<Vec<Option<Course>>, Error> {
-    let start = |run: &Run<'_>| {
+    let start = |run: &&Run<'_>| {
         let [deviation, velocity, torque] =
             [(); 3].map(|()| Vec::with_capacity(((run.cycles - run.rest) / run.divider + 1) as usize));
         Some(Course { period: run.preset.bench.control_period(), deviation, velocity, torque })
     };
     let mut courses: Vec<Option<Course>> = runs.iter().map(start).collect();
-    let mut inputs = Inputs::of(&runs.iter().map(Run::path).collect::<Vec<_>>(), &bench);
+    let mut inputs = Inputs::of(&runs.iter().map(|run| run.path()).collect::<Vec<_>>(), &bench);
     let order = Order { control: T::of(f64::from(u8::from(torque.is_none()))), ..Order::default() };
     let mut input = BenchInput { order, ..BenchInput::default() };
     // The limits of all lanes: one comparison in a tick.
@@ -187,7 +186,7 @@ fn follow<T: LaneNumber>(
 
 /// Records the motion of each run where its sample begins, and ends the runs outside their limits; whether any goes on.
 fn record<T: LaneNumber>(
-    runs: &[Run<'_>],
+    runs: &[&Run<'_>],
     courses: &mut [Option<Course>],
     cycle: u64,
     deviation: T,
@@ -302,7 +301,7 @@ mod tests {
         let grouped = |most| vectors(&[0, 3, 1, 2, 0, 3].map(|k| bench(k, k as u64)).each_ref(), most);
         assert_eq!(grouped(LANES), [vec![0, 2, 3, 4], vec![1], vec![5]], "two of a kind run alone");
         assert_eq!(grouped(3), [vec![0, 2, 3], vec![1], vec![5], vec![4]]);
-        let wide = |count: usize| FastBench::in_lanes(&vec![bench(0, 2); count]).is_some();
+        let wide = |count: usize| FastBench::in_lanes(&vec![&bench(0, 2); count]).is_some();
         assert_eq!([0, 1, LANES, LANES + 1].map(wide), [false, true, true, false]);
     }
 }
