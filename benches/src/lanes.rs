@@ -40,7 +40,8 @@ pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
             let tick = software(&preset.model, settings)?;
             benches.push(FastBench::new(&preset.plant, tick, settings, settings.divider(), round)?);
         }
-        let lanes = FastBench::in_lanes(&benches).ok_or("the number of benches is not the number of lanes")?;
+        let lanes = FastBench::in_lanes(&benches.iter().collect::<Vec<_>>())
+            .ok_or("the number of benches is not the number of lanes")?;
         let start = Instant::now();
         let lane_angle = black_box(run(lanes, preset.bench.tick_rate));
         wide = wide.min(start.elapsed().as_secs_f64());

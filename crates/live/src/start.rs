@@ -77,7 +77,7 @@ impl Live {
     /// Starts the bench, at rest and without torque.
     ///
     /// # Errors
-    /// Invalid parameters; errors of the bench's design; [`BenchError::RealTime`].
+    /// Invalid parameters; errors of the bench's design; [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime).
     pub fn start(start: Start) -> Result<Self, Error> {
         let operation = Operation::new(start.operator_time)?;
         let mut tuning = Tuning::new(start.source.clone())?;
